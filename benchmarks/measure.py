@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """measure.py BUILD: appends a row to history.csv: figures of the commit that BUILD was made from, on this machine.
 
-Compare rows of one machine only, taken while nothing else runs. Build times are processor time of one thread; times of a step and of
-loading are those that the benchmark programs print."""
+Compare rows of one machine only, taken while nothing else runs. Build times are processor time of one thread; times of
+a step and of loading are those that the benchmark programs print."""
 import csv
 import json
 import platform

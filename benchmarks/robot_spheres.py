@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""robot_spheres.py BUILD [CHART.svg]: surface left uncovered and overhang against the number of spheres of a robot's links.
+"""robot_spheres.py BUILD [CHART.svg]: surface left uncovered and overhang against the number of spheres of a robot's
+links.
 
 The links are the STL links of both sample robots. Each way follows the rule that its authors publish for a number N:
   robot      spheretree robot --links '*=N'

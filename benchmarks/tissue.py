@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """tissue.py BUILD [--long] [--share S]... MESH...: prints the tables of figures of docs/tissue.md.
 
-MESH: a file, or FILE:PART for one of its parts; held in the lower quarter of its height. --share: of `build --soft`, 0.5 unless given.
---long: 10,000 states of 100,000 samples for every mesh, rather than 200 of 2,000; that takes hours. Times are processor time of one
-thread."""
+MESH: a file, or FILE:PART for one of its parts; held in the lower quarter of its height. --share: of `build --soft`,
+0.5 unless given. --long: 10,000 states of 100,000 samples for every mesh, rather than 200 of 2,000; that takes hours.
+Times are processor time of one thread."""
 import argparse
 import csv
 import json

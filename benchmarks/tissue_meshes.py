@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""tissue_meshes.py BUILD MESH...: fills every object with tetrahedra by `spheretree soften` and prints a table: how many there are, or the
-reason why there are none. MESH: a file, or FILE:PART for one of its parts; `mouth` stands for every object of the sample mouth.
+"""tissue_meshes.py BUILD MESH...: fills every object with tetrahedra by `spheretree soften` and prints a table: how
+many there are, or the reason why there are none. MESH: a file, or FILE:PART for one of its parts; `mouth` stands for
+every object of the sample mouth.
 
-Every object is held in ten slabs that leave gaps of a tenth, so that each of its parts is. Exit code 1 if an object gives neither tetrahedra nor a reason."""
+Every object is held in ten slabs that leave gaps of a tenth, so that each of its parts is. Exit code 1 if an object
+gives neither tetrahedra nor a reason."""
 import csv
 import json
 import re

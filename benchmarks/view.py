@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """view.py BUILD [SECONDS]: what the window costs the servo loop, and what a frame costs. Prints a table.
 
-The sample mouth on trees of 512 leaves, the probe along `inspection.csv` on the real clock, SECONDS (default 60) without a window and with
-one on a virtual display, drawn by the processor (Mesa llvmpipe), at two sizes. Needs Xvfb. Run it on an otherwise idle machine; compare
-the columns, which are of one run, not the runs of two machines."""
+The sample mouth on trees of 512 leaves, the probe along `inspection.csv` on the real clock, SECONDS (default 60)
+without a window and with one on a virtual display, drawn by the processor (Mesa llvmpipe), at two sizes. Needs Xvfb.
+Run it on an otherwise idle machine; compare the columns, which are of one run, not the runs of two machines."""
 import json
 import os
 import subprocess

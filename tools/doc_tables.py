@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """tools/doc_tables.py BUILD [--update] [--slow] [NAME...]: figures of the documentation, made by the programs of BUILD.
 
-Between the lines `<!-- table: NAME -->` and `<!-- end of table -->` of README.md and docs/ stands what a function of this file prints.
-Without --update the tables are made anew and compared; a difference ends with exit code 1. Times, and numbers of steps that were late,
-are not compared, but those of a table that is named are updated. Tables that take minutes are left out unless --slow is given or they
-are named. The test `install.doc_tables` runs the others. The table of docs/stability.md has a script of its own, stability_table.py,
-since `haptic-player --scenario all` takes long."""
+Between the lines `<!-- table: NAME -->` and `<!-- end of table -->` of README.md and docs/ stands what a function of
+this file prints. Without --update the tables are made anew and compared; a difference ends with exit code 1. Times, and
+numbers of steps that were late, are not compared, but those of a table that is named are updated. Tables that take
+minutes are left out unless --slow is given or they are named. The test `install.doc_tables` runs the others. The table
+of docs/stability.md has a script of its own, stability_table.py, since `haptic-player --scenario all` takes long."""
 import argparse
 import csv
 import difflib
@@ -144,7 +144,8 @@ def graded_scene(programs, quality, graded):
 
 
 def mouth_leaves(programs):
-    """Leaves of the sample mouth with the whole budget and with tolerances; the overhang at the site, the gum and everywhere."""
+    """Leaves of the sample mouth with the whole budget and with tolerances; the overhang at the site, the gum and
+    everywhere."""
     programs.mouth()
     lines = ["| | leaves | largest overhang bound: tooth 46 | gum | whole mouth |", "|---|---|---|---|---|"]
     for quality in ("standard", "quick"):

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""stability_table.py STABILITY.json [DOC.md]: the table of docs/stability.md from what `haptic-player --scenario all --out` wrote.
+"""stability_table.py STABILITY.json [DOC.md]: the table of docs/stability.md from what `haptic-player --scenario all
+--out` wrote.
 
 Prints it, or puts it into the document; scenarios that the file does not have keep their rows there. Bold: passes."""
 import json

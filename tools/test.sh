@@ -4,6 +4,7 @@
 # PRESET=sanitize tests with AddressSanitizer and UndefinedBehaviorSanitizer, PRESET=clang what Clang makes, where it is
 # installed (tools/setup.sh --ci); default release, with GCC.
 # SPHERETREE_JOBS=N builds and tests with N jobs; default: as many as the machine has.
+# SPHERETREE_TEST_TIMEOUT=SECONDS ends a test after this time; default 900. Presets of slow builds have 3600.
 # SPHERETREE_TARGETS="A B" builds only those, for a run that --label-regex restricts to them; default: everything.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -16,7 +17,7 @@ cmake --build --preset "$preset" --parallel "$jobs" ${SPHERETREE_TARGETS:+--targ
 results=build/$preset/tests.xml
 rm -f "$results"
 failed=0
-ctest --preset "$preset" --parallel "$jobs" --output-junit tests.xml "$@" || failed=1
+ctest --preset "$preset" --timeout "${SPHERETREE_TEST_TIMEOUT:-900}" --parallel "$jobs" --output-junit tests.xml "$@" || failed=1
 # A test that is skipped shows nothing: only those of tests/allowed_skips.txt may be.
 [[ ! -f "$results" ]] || python3 tests/skips.py "$results" >&2 || failed=1
 exit $failed

@@ -72,7 +72,13 @@ void Device::stop() noexcept {
 }
 
 DeviceStatus Device::status() const noexcept {
-  return {phase_.load(), fault_.load(), vendor_code_.load(), ticks_.load(), late_ticks_.load(), safety_bits_.load(), safety_so_far_.load()};
+  return {.phase = phase_.load(),
+          .fault = fault_.load(),
+          .vendor_code = vendor_code_.load(),
+          .ticks = ticks_.load(),
+          .late_ticks = late_ticks_.load(),
+          .safety = safety_bits_.load(),
+          .safety_so_far = safety_so_far_.load()};
 }
 
 Wrench Device::tick(DeviceState state) noexcept {

@@ -13,8 +13,13 @@ constexpr int kSubsteps = 100;  // in a servo step: 10 us each
 constexpr double kSubstep = kServoPeriod / kSubsteps;
 constexpr double kMmPerM = 1000;
 
-constexpr Hand kHands[] = {{"arm", 0.554, 6.45, 135}, {"fine", 0.15, 4.5, 300},       {"light", 0.05, 2, 100},
-                           {"firm", 1.0, 15, 1000},   {"teleoperator", 2.0, 2.0, 10}, {"released", 0, 0, 5, 0, 0, 0}};
+constexpr Hand kHands[] = {
+    {.name = "arm", .mass = 0.554, .damping = 6.45, .stiffness = 135},
+    {.name = "fine", .mass = 0.15, .damping = 4.5, .stiffness = 300},
+    {.name = "light", .mass = 0.05, .damping = 2, .stiffness = 100},
+    {.name = "firm", .mass = 1.0, .damping = 15, .stiffness = 1000},
+    {.name = "teleoperator", .mass = 2.0, .damping = 2.0, .stiffness = 10},
+    {.name = "released", .mass = 0, .damping = 0, .stiffness = 5, .inertia = 0, .angular_damping = 0, .angular_stiffness = 0}};
 
 void check(const SimulatedSettings& s) {
   constexpr double tiny = 1e-9, large = 1e6, endless = std::numeric_limits<double>::infinity();

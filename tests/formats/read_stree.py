@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads a .stree file by docs/file_format.md alone.
 
-Usage: read_stree.py TREE.stree [TREE.json [PATCHES.json]]
-TREE.json: the same tree as `spheretree convert` writes it; it must be the same. PATCHES.json: [positions, normals] of the six nodes of each
-patch of the skin, [x, y, z] each; they must agree to 1e-5.
-"""
+Usage: read_stree.py TREE.stree [TREE.json [PATCHES.json]] TREE.json: the same tree as `spheretree convert` writes it;
+it must be the same. PATCHES.json: [positions, normals] of the six nodes of each patch of the skin, [x, y, z] each; they
+must agree to 1e-5. """
 import json
 import math
 import struct

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""doc_links.py SOURCE: every relative link of README.md, CHANGELOG.md and docs/ leads to a file, and to one of its headings
-if it names one; docs/README.md lists every page, or a folder that it is in; and the sources that architecture.md and
-glossary.md name exist."""
+"""doc_links.py SOURCE: every relative link of README.md, CHANGELOG.md and docs/ leads to a file, and to one of its
+headings if it names one; docs/README.md lists every page, or a folder that it is in; and the sources that
+architecture.md and glossary.md name exist."""
 import re
 import sys
 from pathlib import Path

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""form.py SOURCE: fails if a function has more than 80 lines, a line of prose more than 120 characters, or if a script that names its
-interpreter cannot be executed.
+"""form.py SOURCE: fails if a function has more than 80 lines, a line of prose more than 120 characters, or if a script
+that names its interpreter cannot be executed.
 
-Prose: comments that have a line to themselves, in any language, and Markdown outside of code and tables. A line that holds one word
-too long to break (an address, a path) may be longer, and so may a line that ends with `// long: WHY`."""
+Prose: comments that have a line to themselves, in any language, docstrings of Python, and Markdown outside of code and
+tables; a list within a list is prose. A line that holds one word too long to break (an address, a path) may be longer, and so may a line that ends with `// long: WHY`."""
+import ast
 import os
 import re
 import subprocess
@@ -53,14 +54,25 @@ def functions(text):
         line += character == "\n"
 
 
+def docstring_lines(text):
+    """Numbers of the lines of docstrings."""
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, (ast.Module, ast.FunctionDef, ast.ClassDef)) and ast.get_docstring(node) is not None:
+            yield from range(node.body[0].lineno, node.body[0].end_lineno + 1)
+
+
 def prose(path, text):
     """Numbers of lines and their text."""
-    fenced = False
+    fenced, in_list, docstrings = False, False, set(docstring_lines(text)) if path.suffix == ".py" else set()
     for number, line in enumerate(text.splitlines(), 1):
         if path.suffix == ".md":
             fenced ^= line.startswith("```")
-            if not fenced and not line.startswith(("|", "    ", "```", "![")):
+            if line.strip() and not line.startswith(" "):
+                in_list = re.match(r"[-*] |\d+\. ", line) is not None
+            if not fenced and not line.lstrip().startswith(("|", "```", "![")) and (in_list or not line.startswith("    ")):
                 yield number, line
+        elif number in docstrings:
+            yield number, line
         elif path.suffix in CODE and line.lstrip().startswith(("//", "/*", "* ")) or path.suffix not in CODE and line.lstrip().startswith(("# ", "// ")):
             yield number, line
 

@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""layers.py SOURCE [COMPILER]: fails if an include goes against the layers of docs/architecture.md, or a header cannot stand alone.
+"""layers.py SOURCE [COMPILER]: fails if an include goes against the layers of docs/architecture.md, or a header cannot
+stand alone.
 
 1. Rooms: each room includes only the rooms and the third-party libraries that it may.
-2. Wings: in rooms that have them, each wing includes only the wings below it. In no room do files include each other in a circle.
-3. The runtime includes nothing that reads files, prints or allocates by text: no <iostream>, <fstream>, <filesystem>, JSON.
+2. Wings: in rooms that have them, each wing includes only the wings below it. In no room do files include each other in
+   a circle.
+3. The runtime includes nothing that reads files, prints or allocates by text: no <iostream>, <fstream>, <filesystem>,
+   JSON.
 4. Public headers are few: what only our own programs include stays in src/.
-5. With COMPILER: every header compiles alone. One that its own source includes first is proven by
-   `.ci/lane debug`, which compiles each source alone.
-"""
+5. With COMPILER: every header compiles alone. One that its own source includes first is proven by `.ci/lane debug`,
+   which compiles each source alone. """
 import re
 import subprocess
 import sys
@@ -197,4 +199,5 @@ def main(arguments):
     sys.exit(1 if faults else 0)
 
 
-main(sys.argv[1:])
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,17 +1,19 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""licence_scan.py SOURCE [--permissive LIBRARY...]: fails if a licence is missing, or copyleft code reaches a permissive room.
+"""licence_scan.py SOURCE [--permissive LIBRARY...]: fails if a licence is missing, or copyleft code reaches a
+permissive room.
 
 1. Every source, build file and script names its licence in its first lines, and the one that its folder demands.
 2. AGPL code stands in a folder of its own, and includes nothing of this project; nothing else includes TetGen.
-3. A file of the permissive rooms includes no header of libspheretree and of no copyleft library; neither does an Apache-2.0 file of
-   the tests and samples.
-4. The LIBRARYs, built from the permissive rooms, neither need nor contain anything of those.
-"""
+3. A file of the permissive rooms includes no header of libspheretree and of no copyleft library; neither does an
+   Apache-2.0 file of the tests and samples.
+4. The LIBRARYs, built from the permissive rooms, neither need nor contain anything of those. """
 import re
 import subprocess
 import sys
 from pathlib import Path
+
+from layers import WINGS
 
 CODE = {".cpp", ".h", ".hpp", ".c", ".py", ".sh", ".cmake", ".in", ".map", ".txt"}
 NAMES = {"CMakeLists.txt", ".clang-tidy", ".editorconfig", ".ci/run"}
@@ -19,7 +21,8 @@ SKIPPED_FOLDERS = {".git", "build", "out", ".cache"}
 PERMISSIVE = ("libruntime/", "formats/", "device/", "samples/make_samples/", "tools/python/core/", "tools/python/spheretree/", "tools/scene/")
 COPYLEFT = ("libspheretree/", "tools/spheretree/", "tools/python/builder/", "tools/robot/")
 NETWORK_COPYLEFT = ("tools/voronoi_oracle/", "tools/tetrahedra/")
-COPYLEFT_INCLUDE = re.compile(r'#\s*include\s*[<"](CGAL/|OpenMesh/|tetgen|spheretree/builder/|(base|geometry|mesh|repair|medial|certify|tissue|tree|cover|published|measure)/|gmp|mpfr|libspheretree/)', re.IGNORECASE)
+BUILDER_WINGS = "|".join(wing for wing in WINGS["libspheretree"] if wing != ".")
+COPYLEFT_INCLUDE = re.compile(rf'#\s*include\s*[<"](CGAL/|OpenMesh/|tetgen|spheretree/builder/|({BUILDER_WINGS})/|gmp|mpfr|libspheretree/)', re.IGNORECASE)
 COPYLEFT_BINARY = re.compile(r"CGAL|OpenMesh|tetgen|spheretree7builder|libgmp|libmpfr", re.IGNORECASE)
 
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""rooms_alone.py SOURCE WORK [--build]: each room configures alone, with no library but its own; with --build it is built, too.
+"""rooms_alone.py SOURCE WORK [--build]: each room configures alone, with no library but its own; with --build it is
+built, too.
 
 Libraries that a room does not name are hidden from find_package, so that a room that starts to need one fails here."""
 import subprocess

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""spheretree batch, killed at 20 random moments: no finished object is built again, and the end is the same bytes as that of an undisturbed
-run. Then the same scene in 4 shards at the same time: the same bytes again.
+"""spheretree batch, killed at 20 random moments: no finished object is built again, and the end is the same bytes as
+that of an undisturbed run. Then the same scene in 4 shards at the same time: the same bytes again.
 
-A few small objects; with SPHERETREE_LONG=1 the whole sample mouth (about ten minutes with two processors).
-Usage: batch_recovery.py PROGRAM MAKE_SAMPLES FOLDER"""
+A few small objects; with SPHERETREE_LONG=1 the whole sample mouth (about ten minutes with two processors). Usage:
+batch_recovery.py PROGRAM MAKE_SAMPLES FOLDER"""
 import json
 import os
 import pathlib
@@ -44,7 +44,8 @@ def run(scene, out):
 
 
 def finished(out):
-    """The entries of the cache: what it takes for an object to be finished, and what would change if it were built again."""
+    """The entries of the cache: what it takes for an object to be finished, and what would change if it were built
+    again."""
     entries = {}
     for record in (out / "cache").glob("*.json"):
         tree = record.with_suffix(".stree")
@@ -67,8 +68,8 @@ def results(out):
 
 
 def kill_and_go_on(scene, out, whole_seconds):
-    """Kills that hit a running batch, over as many batches as that takes. Gives how many finished objects lay there at the kills, all in
-    all, and how many half-written files. Ends with a batch that is not finished."""
+    """Kills that hit a running batch, over as many batches as that takes. Gives how many finished objects lay there at
+    the kills, all in all, and how many half-written files. Ends with a batch that is not finished."""
     moments = random.Random(SEED)
     kills = kept = half = 0
     while kills < KILLS or not finished(out):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""cohort_recovery.py PROGRAM: `batch --cohort` is killed at 20 moments. No object that was finished is built again, and the bytes are
-those of one run. Skipped (exit code 77) without SPHERETREE_LONG=1."""
+"""cohort_recovery.py PROGRAM: `batch --cohort` is killed at 20 moments. No object that was finished is built again, and
+the bytes are those of one run. Skipped (exit code 77) without SPHERETREE_LONG=1."""
 import filecmp
 import json
 import os

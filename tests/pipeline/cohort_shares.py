@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""cohort_shares.py PROGRAM: shards of `batch --cohort` share many patients of very different sizes. Every patient is in one log, the
-bytes are those of one run, and the work that was done is shared evenly. With SPHERETREE_LONG=1: 1,000 patients, 8 shards."""
+"""cohort_shares.py PROGRAM: shards of `batch --cohort` share many patients of very different sizes. Every patient is in
+one log, the bytes are those of one run, and the work that was done is shared evenly. With SPHERETREE_LONG=1: 1,000
+patients, 8 shards."""
 import filecmp
 import json
 import os
@@ -19,7 +20,8 @@ PATIENTS, SHARDS = (1000, 8) if IS_LONG else (8, 2)
 
 
 def cohort(folder):
-    """Patients of 1 to 4 objects of 72 to 800 triangles, each with a tool of its own: none shares a tree with another."""
+    """Patients of 1 to 4 objects of 72 to 800 triangles, each with a tool of its own: none shares a tree with
+    another."""
     chance, lines = random.Random(1), []
     for p in range(PATIENTS):
         patient = folder / f"P{p:04}"

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A whole mouth of meshes as they come: 32 teeth in the groups of one file, gums with tongue, head with neck, the last two open. One scene
-file, one command: every object is built and certified, the open ones after repair, and the player plays the result.
+"""A whole mouth of meshes as they come: 32 teeth in the groups of one file, gums with tongue, head with neck, the last
+two open. One scene file, one command: every object is built and certified, the open ones after repair, and the player
+plays the result.
 
-Two teeth and both open meshes, coarse; with SPHERETREE_LONG=1 all 34 with 512 leaves each. Exit code 77, skipped: the meshes are not there.
-Usage: dental_scene.py PROGRAM MAKE_SAMPLES PLAYER MESHES FOLDER"""
+Two teeth and both open meshes, coarse; with SPHERETREE_LONG=1 all 34 with 512 leaves each. Exit code 77, skipped: the
+meshes are not there. Usage: dental_scene.py PROGRAM MAKE_SAMPLES PLAYER MESHES FOLDER"""
 import json
 import os
 import pathlib

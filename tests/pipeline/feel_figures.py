@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An outside opinion on what is felt: an independent program drags a ball over a mesh with the player and compares the force and the
-place of the graphic tool with the mesh, or with the smooth surface that it stands for.
+"""An outside opinion on what is felt: an independent program drags a ball over a mesh with the player and compares the
+force and the place of the graphic tool with the mesh, or with the smooth surface that it stands for.
 
 usage: feel_figures.py FEEL.py SPHERETREE PLAYER MESH WORK NAME=LIMIT... [-- OPTION...]
 
-Prints what that program measured and each figure beside its limit; exits with 1 if one is above. NAME: angle_median, angle_p99 [degree],
-inside, outside (1st and 99th percentile of the stand-off) [mm], jump_median, jump_max [N]. Options go to that program.
-"""
+Prints what that program measured and each figure beside its limit; exits with 1 if one is above. NAME: angle_median,
+angle_p99 [degree], inside, outside (1st and 99th percentile of the stand-off) [mm], jump_median, jump_max [N]. Options
+go to that program. """
 import json
 import subprocess
 import sys

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """golden_trees.py SPHERETREE MAKE_SAMPLES [--update]: the trees of the sample meshes are the bytes of golden_trees.txt.
 
-Each tree is built on one and on two threads; whatever the compiler and its options, the bytes must be those that are recorded. A
-change of bytes is not forbidden, but it has to be meant: --update records the new ones, and the commit says why.
-"""
+Each tree is built on one and on two threads; whatever the compiler and its options, the bytes must be those that are
+recorded. A change of bytes is not forbidden, but it has to be meant: --update records the new ones, and the commit says
+why. """
 import hashlib
 import subprocess
 import sys

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """judged_trees.py JUDGE SPHERETREE MAKE_SAMPLES FOLDER BUILDER: an outside opinion on trees of whole meshes.
 
-Builds the molar and the probe, writes the trees as .sph, and has an independent program measure them. Every level must cover the
-surface, and no cover sphere may reach out of the bounding sphere of any node above it. Exit code 77: the other program is missing.
-"""
+Builds the molar and the probe, writes the trees as .sph, and has an independent program measure them. Every level must
+cover the surface, and no cover sphere may reach out of the bounding sphere of any node above it. Exit code 77: the
+other program is missing. """
 import json
 import subprocess
 import sys

@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """mesh_sweep.py SPHERETREE MESHES FOLDER [TABLE.md]: whatever the mesh, a certified tree or a refusal that says why.
 
-Checks and builds (--repair auto, quick) the meshes of others in MESHES/failure and MESHES/dental, and measures that every level covers
-the repaired surface and what of the input is left beside it. A program that crashes, hangs for
-five minutes, leaves a file behind where it refuses, or ends with a code that docs/mesh_input.md does not promise is a fault.
-Default: a subset of some 30 files with three levels, half a minute. SPHERETREE_LONG=1: every file with four levels, ten minutes.
-TABLE.md: a row for each file. Exit code 77: no meshes.
-"""
+Checks and builds (--repair auto, quick) the meshes of others in MESHES/failure and MESHES/dental, and measures that
+every level covers the repaired surface and what of the input is left beside it. A program that crashes, hangs for five
+minutes, leaves a file behind where it refuses, or ends with a code that docs/mesh_input.md does not promise is a fault.
+Default: a subset of some 30 files with three levels, half a minute. SPHERETREE_LONG=1: every file with four levels, ten
+minutes. TABLE.md: a row for each file. Exit code 77: no meshes. """
 import json
 import os
 import subprocess

@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""tolerance_figures.py SPHERETREE MESH_OR_FOLDER... [--leaves N] [--seeds 10] [--quality standard] [--repeat 1] [--json FILE]
+"""tolerance_figures.py SPHERETREE MESH_OR_FOLDER... [--leaves N] [--seeds 10] [--quality standard] [--repeat 1] [--json
+FILE]
 
-What a tolerance costs. For each mesh the tolerance is the proven bound of a build with N leaves (150) and seed 1. Prints
+What a tolerance costs. For each mesh the tolerance is the proven bound of a build with N leaves (150) and seed 1.
+Prints
   time    processor time of `--tolerance` over that of `--leaves` with the number of leaves that the tolerance gave,
   leaves  leaves of `--tolerance` over the fewest `--leaves` that keep the tolerance with any of the seeds,
-and the geometric mean of both over all meshes. A mesh that cannot be built is named and left out. Exit code 1: a tolerance was not
-kept, or none of the meshes could be built. Times are of all threads, least of `--repeat` runs; take them on an idle machine.
-"""
+and the geometric mean of both over all meshes. A mesh that cannot be built is named and left out. Exit code 1: a
+tolerance was not kept, or none of the meshes could be built. Times are of all threads, least of `--repeat` runs; take
+them on an idle machine. """
 import argparse
 import json
 import math
@@ -50,7 +52,8 @@ def keeps(builder, mesh, count, tolerance, seeds):
 
 
 def fewest_leaves(builder, mesh, tolerance, start, seeds):
-    """The fewest leaves that keep the tolerance. Whether N do is a matter of luck near the limit: two numbers in a row must fail."""
+    """The fewest leaves that keep the tolerance. Whether N do is a matter of luck near the limit: two numbers in a row
+    must fail."""
     count = start
     while not keeps(builder, mesh, count, tolerance, seeds):
         count += max(1, count // 100)

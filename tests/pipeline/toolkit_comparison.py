@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Published builders against the reference toolkit: worst leaf overhang and processor time, judged by the independent program.
+"""Published builders against the reference toolkit: worst leaf overhang and processor time, judged by the independent
+program.
 
-toolkit_comparison.py JUDGE SPHERETREE TOOLKIT_FOLDER WORK_FOLDER [--builders merge,expand,...] [--meshes tooth,plate,...] [--json FILE]
+toolkit_comparison.py JUDGE SPHERETREE TOOLKIT_FOLDER WORK_FOLDER [--builders merge,expand,...] [--meshes
+tooth,plate,...] [--json FILE]
 
-TOOLKIT_FOLDER holds NAME.obj and results.csv, the toolkit's own figures. A row fails if the tree reaches out farther than the toolkit's,
-takes more than a thirtieth of its processor time and more than FLOOR_S (process start and proof), leaves surface open or has an empty level.
-Processor time goes into the table and only into the verdict with --time: it depends on the machine. Exit 1: a row failed; 77: no judge or
-no meshes. All rows take about five minutes of one core.
+TOOLKIT_FOLDER holds NAME.obj and results.csv, the toolkit's own figures. A row fails if the tree reaches out farther
+than the toolkit's, takes more than a thirtieth of its processor time and more than FLOOR_S (process start and proof),
+leaves surface open or has an empty level. Processor time goes into the table and only into the verdict with --time: it
+depends on the machine. Exit 1: a row failed; 77: no judge or no meshes. All rows take about five minutes of one core.
 """
 import argparse
 import csv

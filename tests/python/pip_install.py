@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""pip_install.py SOURCE BUILD: `pip install .` without network gives a package that builds a tree. BUILD spares the compilation."""
+"""pip_install.py SOURCE BUILD: `pip install .` without network gives a package that builds a tree. BUILD spares the
+compilation."""
 import shutil
 import subprocess
 import sys

@@ -201,7 +201,8 @@ def joint_frames(urdf, positions):
 
 
 def test_pairs_to_ignore_hold_in_every_configuration(covered):
-    """2,000 configurations, corners of the joint limits among them: pairs that never touch do not, pairs that always do, do."""
+    """2,000 configurations, corners of the joint limits among them: pairs that never touch do not, pairs that always
+    do, do."""
     name, urdf, out = covered
     pairs = {(e.get("link1"), e.get("link2")): e.get("reason") for e in ElementTree.parse(out / f"{name}.srdf").getroot().findall("disable_collisions")}
     assert set(pairs.values()) <= {"Adjacent", "Never", "Default"} and "Never" in pairs.values()

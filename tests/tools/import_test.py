@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""import_test.py IMPORT SPHERETREE: spheretree-import reads what the formats say of place, unit and names, and nothing without --trusted.
+"""import_test.py IMPORT SPHERETREE: spheretree-import reads what the formats say of place, unit and names, and nothing
+without --trusted.
 
-The files are written here: a box of 20 x 10 x 5 mm in each format, so that volume and place are known.
-"""
+The files are written here: a box of 20 x 10 x 5 mm in each format, so that volume and place are known. """
 import json
 import random
 import struct

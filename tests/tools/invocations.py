@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """invocations.py SPHERETREE HAPTIC_PLAYER: odd command lines, each with the exit code that it must have.
 
-Every run that fails must say so in one line on stderr that begins with the program's name and ends a sentence, in words of our own and
-without control characters, and must leave nothing behind: no new file, no temporary file. The list is at the end of each section.
-"""
+Every run that fails must say so in one line on stderr that begins with the program's name and ends a sentence, in words
+of our own and without control characters, and must leave nothing behind: no new file, no temporary file. The list is at
+the end of each section. """
 import json
 import os
 import re

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""own_files.py SPHERETREE HAPTIC_PLAYER: no output replaces a file that was read for it, or another output of the same run.
+"""own_files.py SPHERETREE HAPTIC_PLAYER: no output replaces a file that was read for it, or another output of the same
+run.
 
-For every verb (and the player), every output is aimed at every input, named or read because another file names it: under its own
-name where the ending fits, by another path, through a link, a hard link, a linked folder. Each time the program must refuse (exit code
-2) and every input must have the bytes that it had. Then every two outputs of a run are aimed at one name.
-"""
+For every verb (and the player), every output is aimed at every input, named or read because another file names it:
+under its own name where the ending fits, by another path, through a link, a hard link, a linked folder. Each time the
+program must refuse (exit code 2) and every input must have the bytes that it had. Then every two outputs of a run are
+aimed at one name. """
 import json
 import os
 import shutil
@@ -157,7 +158,8 @@ def named_outputs(template):
 
 
 def folder_outputs(template):
-    """Verbs that write into a folder: each file that they write is an input by another name, or the input itself lies there."""
+    """Verbs that write into a folder: each file that they write is an input by another name, or the input itself lies
+    there."""
     inputs = ["mine.scene.json", "m.obj", "m.gltf", "m.bin", "held.stree", "path.csv"]
     batch = ["batch", "mine.scene.json", "-o", "out", "--chart", "--trajectory", "path.csv"]
     comparison = ["compare", "m.obj", "-o", "out", "--builders", "cover", "--qualities", "quick", "--levels", 2]

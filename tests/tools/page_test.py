@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""page_test.py PAGE.html [--picture FILE.png] [--size WIDTHxHEIGHT] [--dark] [--look mesh|solid|heat|glass] [--max-bytes N]
+"""page_test.py PAGE.html [--picture FILE.png] [--size WIDTHxHEIGHT] [--dark] [--look mesh|solid|heat|glass]
+[--max-bytes N]
 
-Opens a page of spheretree from disk in headless Chromium and fails if it asks the network for anything, writes an error to the console,
-or if its 3D view does not answer: every level of the slider must change what is drawn, and so must the buttons of the worst spots.
-Exit code 77, skipped, without chromium and chromedriver."""
+Opens a page of spheretree from disk in headless Chromium and fails if it asks the network for anything, writes an error
+to the console, or if its 3D view does not answer: every level of the slider must change what is drawn, and so must the
+buttons of the worst spots. Exit code 77, skipped, without chromium and chromedriver."""
 import argparse
 import base64
 import json
@@ -107,7 +108,8 @@ def check_view(browser):
 
 
 def check_layout(browser):
-    """Nothing is wider than the window but what scrolls by itself, at the width of a desk and of a phone; no button's words are cut."""
+    """Nothing is wider than the window but what scrolls by itself, at the width of a desk and of a phone; no button's
+    words are cut."""
     for width in (1400, 390):
         browser.call("POST", "/goog/cdp/execute", {"cmd": "Emulation.setDeviceMetricsOverride", "params": {
             "width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}})
@@ -146,7 +148,8 @@ def check_hiding(browser):
 
 
 def check_names(browser):
-    """A name in the table shows the worst spot of the leaves, whose figure stands beside it, whatever level was shown before."""
+    """A name in the table shows the worst spot of the leaves, whose figure stands beside it, whatever level was shown
+    before."""
     if not browser.run("return Boolean(document.querySelector('[data-object]'))"):
         return
     browser.run("const s = document.querySelector('.level'); s.value = 0; s.dispatchEvent(new Event('input', {bubbles: true}))")

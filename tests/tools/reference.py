@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""reference.py SPHERETREE HAPTIC_PLAYER: shell completion and manual pages know every verb and option that --help shows."""
+"""reference.py SPHERETREE HAPTIC_PLAYER: shell completion and manual pages know every verb and option that --help
+shows."""
 import re
 import shutil
 import subprocess

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""terminal_lines.py SPHERETREE HAPTIC_PLAYER: what a terminal shows in the end is results and messages, each from the start of a line.
+"""terminal_lines.py SPHERETREE HAPTIC_PLAYER: what a terminal shows in the end is results and messages, each from the
+start of a line.
 
-Runs the programs on pseudo-terminals of several widths and draws what they write as a terminal does: \\r, \\n, and a new line
-where one is full. No line may hold progress beside anything else, and no line of progress may stay behind.
-"""
+Runs the programs on pseudo-terminals of several widths and draws what they write as a terminal does: \\r, \\n, and a
+new line where one is full. No line may hold progress beside anything else, and no line of progress may stay behind. """
 import fcntl
 import os
 import pty

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""window_test.py HAPTIC_PLAYER SPHERETREE: the window on a virtual display, driven as by a user. Exit code 77 where Xvfb or xdotool are missing.
+"""window_test.py HAPTIC_PLAYER SPHERETREE: the window on a virtual display, driven as by a user. Exit code 77 where
+Xvfb or xdotool are missing.
 
-A drag moves the tool and presses it on the object, keys begin and end recordings, closing the window ends the run like an emergency stop, and
-a signal at any time leaves a whole recording.
-"""
+A drag moves the tool and presses it on the object, keys begin and end recordings, closing the window ends the run like
+an emergency stop, and a signal at any time leaves a whole recording. """
 import os
 import random
 import shutil

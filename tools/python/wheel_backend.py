@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `pip install .` calls: builds the package by CMake and packs it as a wheel (PEP 517, PEP 427).
 
-It stands on the standard library alone. pip builds in an environment of its own, where packages of Debian are not seen, and
-would fetch whatever a ready-made backend is from the network.
+It stands on the standard library alone. pip builds in an environment of its own, where packages of Debian are not seen,
+and would fetch whatever a ready-made backend is from the network.
 
 Settings (pip install . --config-settings NAME=VALUE):
   build-dir  folder of the build; default build/python. One that is configured already is used as it is.

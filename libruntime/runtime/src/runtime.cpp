@@ -236,9 +236,17 @@ void st_renderer_destroy(st_renderer* renderer) { delete renderer; }
 
 void st_renderer_step(st_renderer* renderer, const st_pose* haptic_tool, st_step* out) {
   const rt::StepResult result = rt::step(renderer->scene, fromC(*haptic_tool), renderer->mode, renderer->workspace);
-  const st_step step = {out->struct_size,   toC(result.graphic),  toC(result.wrench), toC(result.limited_wrench),
-                        result.penetration, result.faults,        result.pairs,       result.rows,
-                        result.active,      result.qp_iterations, result.work};
+  const st_step step = {.struct_size = out->struct_size,
+                        .graphic_tool = toC(result.graphic),
+                        .wrench = toC(result.wrench),
+                        .limited_wrench = toC(result.limited_wrench),
+                        .penetration_mm = result.penetration,
+                        .faults = result.faults,
+                        .pairs = result.pairs,
+                        .rows = result.rows,
+                        .active = result.active,
+                        .qp_iterations = result.qp_iterations,
+                        .work = result.work};
   std::memcpy(out, &step, std::min(out->struct_size, sizeof step));
 }
 
@@ -247,16 +255,16 @@ size_t st_renderer_contacts(const st_renderer* renderer, st_contact* out, size_t
   const size_t stride = capacity > 0 ? out->struct_size : 0;
   for (size_t i = 0; i < std::min(capacity, contacts.size()); ++i) {
     const rt::Contact& c = contacts[i];
-    const st_contact contact = {stride,
-                                {c.point.x(), c.point.y(), c.point.z()},
-                                {c.normal.x(), c.normal.y(), c.normal.z()},
-                                c.force,
-                                c.object,
-                                c.on_skin,
-                                c.element,
-                                c.tool_leaf,
-                                {c.friction.x(), c.friction.y(), c.friction.z()},
-                                {c.slip.x(), c.slip.y(), c.slip.z()}};
+    const st_contact contact = {.struct_size = stride,
+                                .point_mm = {c.point.x(), c.point.y(), c.point.z()},
+                                .normal = {c.normal.x(), c.normal.y(), c.normal.z()},
+                                .force_n = c.force,
+                                .object = c.object,
+                                .on_skin = c.on_skin,
+                                .element = c.element,
+                                .tool_leaf = c.tool_leaf,
+                                .friction_n = {c.friction.x(), c.friction.y(), c.friction.z()},
+                                .slip_mm_per_s = {c.slip.x(), c.slip.y(), c.slip.z()}};
     std::memcpy(reinterpret_cast<char*>(out) + i * stride, &contact, std::min(stride, sizeof contact));
   }
   return contacts.size();

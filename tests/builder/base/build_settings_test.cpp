@@ -45,7 +45,9 @@ TEST(BuildSettings, EverySettingOutOfRangeIsRefusedByName) {
   for (const double tolerance : {-1.0, nan, infinity})
     EXPECT_NE(faultAfter([&](BuildSettings& s) { s.tolerance_mm = tolerance; }).find("tolerance"), std::string::npos) << tolerance;
   EXPECT_NE(faultAfter([](BuildSettings& s) { s.threads = -1; }).find("threads"), std::string::npos);
-  EXPECT_NE(faultAfter([](BuildSettings& s) { s.max_leaves = -1; }).find("leaves"), std::string::npos);
+  for (const int leaves : {-1, 32769})
+    EXPECT_NE(faultAfter([&](BuildSettings& s) { s.max_leaves = leaves; }).find("max_leaves is " + std::to_string(leaves)),
+              std::string::npos);
   EXPECT_NE(faultAfter([](BuildSettings& s) { s.max_leaves = 8, s.builder = BuilderKind::Merge; }).find("leaves"), std::string::npos);
 }
 

@@ -114,19 +114,19 @@ ComparisonRow measure(const Body& ball, const Body& body, const Course& course, 
     depths.push_back(std::max(0.0, -gap));
     stand_offs.push_back(std::abs(gap));
   }
-  return {mode,
-          course.name,
-          on_leaves,
-          leaves,
-          trial.scene().byteCount(),
-          trial.times().quantile(0.5),
-          trial.times().quantile(0.99),
-          tool::quantile(depths, 0.99),
-          tool::quantile(errors, 0.5),
-          tool::quantile(errors, 0.99),
-          tool::quantile(angles, 0.5),
-          tool::quantile(angles, 0.99),
-          tool::quantile(stand_offs, 0.99)};
+  return {.mode = mode,
+          .body = course.name,
+          .on_leaves = on_leaves,
+          .leaves = leaves,
+          .bytes = trial.scene().byteCount(),
+          .step_median = trial.times().quantile(0.5),
+          .step_p99 = trial.times().quantile(0.99),
+          .penetration = tool::quantile(depths, 0.99),
+          .force_error = tool::quantile(errors, 0.5),
+          .force_error_p99 = tool::quantile(errors, 0.99),
+          .angle = tool::quantile(angles, 0.5),
+          .angle_p99 = tool::quantile(angles, 0.99),
+          .stand_off_p99 = tool::quantile(stand_offs, 0.99)};
 }
 
 }  // namespace

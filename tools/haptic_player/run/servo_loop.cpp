@@ -103,29 +103,24 @@ RecordedStep recordedStep(std::uint64_t tick, const Configuration& haptic, const
     friction += contact.friction;
     if (!strongest || contact.force > strongest->force) strongest = &contact;
   }
-  return {tick,
-          static_cast<double>(tick) / 1000,
-          haptic,
-          result.graphic,
-          result.wrench,
-          result.pairs,
-          result.rows,
-          result.active,
-          result.qp_iterations,
-          result.faults,
-          us(times.find),
-          us(times.rows),
-          us(times.qp),
-          total_us,
-          result.penetration,
-          strongest ? strongest->object : kUntouched,
-          friction.norm(),
-          strongest ? strongest->slip.norm() : 0,
-          {},
-          0,
-          0,
-          0,
-          0};
+  return {.tick = tick,
+          .time = static_cast<double>(tick) / 1000,
+          .haptic = haptic,
+          .graphic = result.graphic,
+          .wrench = result.wrench,
+          .pairs = result.pairs,
+          .rows = result.rows,
+          .active = result.active,
+          .qp_iterations = result.qp_iterations,
+          .faults = result.faults,
+          .find_us = us(times.find),
+          .rows_us = us(times.rows),
+          .qp_us = us(times.qp),
+          .total_us = total_us,
+          .penetration = result.penetration,
+          .touched = strongest ? strongest->object : kUntouched,
+          .friction = friction.norm(),
+          .slip = strongest ? strongest->slip.norm() : 0};
 }
 
 }  // namespace spheretree::player

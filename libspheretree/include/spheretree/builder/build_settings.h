@@ -23,7 +23,7 @@ struct BuildSettings {
   int levels = 4;                    // range [2, 6]; the root is level 0
   int branching = 8;                 // range [2, 8]
   Quality quality = Quality::Standard;
-  int max_leaves = 0;       // > 0: at most this number of leaves; 0: branching^(levels - 1). Builder Cover only
+  int max_leaves = 0;       // 1 .. 32768: at most this number of leaves; 0: branching^(levels - 1). Builder Cover only
   double tolerance_mm = 0;  // > 0: the smallest number of spheres whose leaf overhang stays within this; 0: all spheres
   // Tolerance of each triangle, >= tolerance_mm > 0; empty: tolerance_mm everywhere. A leaf may then reach out as far
   // as the triangle through which it leaves the object allows (graded_tolerance.h). Builder Cover only.
