@@ -2,6 +2,7 @@
 #include "level_search.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "spheretree/core/sphere_tree.h"
@@ -10,6 +11,10 @@ namespace spheretree::builder {
 
 namespace {
 
+// Share by which certification may increase an overhang, at qualities quick, standard and best: of our own builder, and
+// of those that build by regions.
+constexpr std::array<double, 3> kCoverAllowance{0.018, 0.013, 0.008};
+constexpr std::array<double, 3> kRegionAllowance{0.045, 0.045, 0.015};
 constexpr int kMaxAttempts = 4;          // builds for a smaller tolerance, if certification makes the overhang exceed it
 constexpr double kUndershoot = 0.997;    // further factor on these tolerances; applied once more in each attempt
 constexpr std::size_t kSmallTree = 21;   // nodes: 1 + 4 + 16; trees this small are searched exhaustively
@@ -20,9 +25,8 @@ constexpr double kOutOfReach = 1.05;     // times the tolerance: if a full tree 
 // a search leaves.
 double certificationAllowance(const BuildSettings& settings) {
   if (settings.builder == BuilderKind::Octree) return 1;  // it leaves no gaps
-  if (settings.builder == BuilderKind::Cover)
-    return settings.quality == Quality::Best ? 1.008 : settings.quality == Quality::Quick ? 1.018 : 1.013;
-  return settings.quality == Quality::Best ? 1.015 : 1.045;
+  const auto quality = static_cast<std::size_t>(settings.quality);
+  return 1 + (settings.builder == BuilderKind::Cover ? kCoverAllowance[quality] : kRegionAllowance[quality]);
 }
 
 class LevelSearch {

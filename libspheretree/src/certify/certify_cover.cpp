@@ -22,6 +22,7 @@ namespace {
 constexpr std::size_t kTrianglesAChunk = 256;
 constexpr double kRelative = 0.1;  // relative accuracy of a growth: without it, the number of pieces would grow as the square of a gap
 constexpr double kSame = 1e-3;     // as a share of the gap: corners of a gap this near to each other are one corner, of two cells
+constexpr double kFine = 50;       // pieces of sides up to this multiple of the resolution are not split further to avoid a growth
 
 struct Piece {
   std::array<Vector3d, 3> corner;
@@ -208,7 +209,7 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
   // Branch and bound for the deepest gap gives the proof as well: a piece is finished when none of its points can have
   // a gap larger than the deepest one found so far, and the growth that this bound requires contains it. A piece that
   // would need growth is first split a little further: most such pieces lie in two balls, neither of which has to grow.
-  const double fine = 50 * resolution;
+  const double fine = kFine * resolution;
   struct Part {
     std::vector<Growth> growth;
     std::size_t pieces = 0;

@@ -20,11 +20,16 @@ namespace {
 
 constexpr double kRounded = 1 - 1e-12;  // factor on a tolerance, so that rounded radii still keep it
 constexpr int kMaxGuesses = 4;  // guesses of the number of leaves for a tolerance; each has about half the error of the previous one
+constexpr std::size_t kMedialSamplesASphere = 3;  // points of the Delaunay triangulation for each sphere, at least
+constexpr std::size_t kFewInside = 2;             // pools with fewer Voronoi balls than one over this of the samples are of a thin solid
+constexpr std::size_t kMinCandidates = 400, kManyCandidates = 200'000;
+constexpr std::size_t kCandidatesIfMany = 8;  // for each sphere, if there are many; memory grows with them
+constexpr std::size_t kMinSwapShare = 10;     // swaps for few spheres get at least one over this of the work of all
 
 struct Effort {
   std::size_t samples_a_sphere, min_samples;
   std::size_t candidates_a_sphere;  // of the first choice, from which the cover search starts; more of them hardly improve the result
-  std::size_t medial_samples;       // points of the Delaunay triangulation, at least three for each sphere
+  std::size_t medial_samples;       // points of the Delaunay triangulation, at least kMedialSamplesASphere for each sphere
   std::size_t touching_samples;     // how many of these points get a shrinking ball
   std::uint64_t swap_work;
   int gap_rounds;
@@ -103,7 +108,7 @@ std::vector<Ball> medialPool(const TriangleMesh& mesh, const DistanceField& fiel
   std::vector<Ball> pool = voronoiBalls(points, field);
   progress.check();
   // In a solid thinner than the spacing of the samples, Voronoi vertices lie outside and are useless.
-  const bool thin = pool.size() < samples.size() / 2;
+  const bool thin = pool.size() < samples.size() / kFewInside;
   const std::vector<Ball> touching = shrinkingBalls(thinned(samples, thin ? samples.size() : effort.touching_samples), field);
   pool.insert(pool.end(), touching.begin(), touching.end());
   return pool;
@@ -131,7 +136,7 @@ LevelBalls CoverBuilder::build(const BuildSettings& settings, Progress& progress
 // Makes a pool that is fine enough for `spheres`, and sets the corresponding effort.
 void CoverBuilder::fitPool(std::size_t spheres, Progress& progress) {
   const Effort effort = effortOf(quality_);
-  const std::size_t samples = std::max(effort.medial_samples, 3 * spheres);
+  const std::size_t samples = std::max(effort.medial_samples, kMedialSamplesASphere * spheres);
   if (samples > pool_samples_) {
     progress.stage("medial axis");
     pool_ = medialPool(mesh_, field_, samples, effort, seed_, is_soft_, progress);
@@ -152,15 +157,14 @@ CoverSearch CoverBuilder::startSearch(std::size_t spheres, std::uint64_t seed, P
   sampling.seed = seed + 1;
   ChoiceSettings choice;
   choice.spheres = spheres;
-  choice.swap_work = effort.swap_work / fitted_ * std::max(spheres, fitted_ / 10 + 1);
+  choice.swap_work = effort.swap_work / fitted_ * std::max(spheres, fitted_ / kMinSwapShare + 1);
   choice.gap_rounds = effort.gap_rounds;
   choice.gap_tolerance = effort.gap_tolerance;
   choice.seed = seed + spheres;
-  // Memory grows with the candidates; in very deep trees eight for each sphere suffice.
   const std::size_t candidates =
-      std::max<std::size_t>(400, std::min(effort.candidates_a_sphere * spheres, std::max<std::size_t>(200'000, 8 * spheres)));
+      std::max(kMinCandidates, std::min(effort.candidates_a_sphere * spheres, std::max(kManyCandidates, kCandidatesIfMany * spheres)));
   SearchSettings search;
-  search.moves = 10 + static_cast<int>(effort.search_moves * static_cast<double>(spheres));
+  search.moves = kMovesBeside + static_cast<int>(effort.search_moves * static_cast<double>(spheres));
   search.step = effort.search_step;
   search.work = effort.search_work;
   search.failures = effort.search_failures;
@@ -187,7 +191,7 @@ std::size_t CoverBuilder::guessLeaves(double stand_off, std::size_t max_leaves, 
     last = static_cast<int>(guess);
     fitPool(guess, progress);
     SampleSettings sampling;
-    sampling.count = std::max<std::size_t>(10 * guess, 500);
+    sampling.count = std::max<std::size_t>(kRoughSamples * guess, kMinRoughSamples);
     sampling.seed = seed_ + 1;
     const double rough = roughStandOff(field_, sampleSurface(mesh_, sampling), pool_, guess, progress);
     guess = static_cast<std::size_t>(std::clamp(static_cast<double>(guess) * rough / stand_off, 1.0, static_cast<double>(max_leaves)));

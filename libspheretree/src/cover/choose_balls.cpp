@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -40,6 +41,15 @@ constexpr double kGapSwapsGoalFactor =
     1.15;  // first goal of the swaps with samples in gaps, as a multiple of the stand-off on the samples so far
 constexpr double kSearchGoalFactor =
     1.005;  // first goal of the cover search if samples in gaps are known, as a multiple of the stand-off on the samples
+constexpr int kPatchRefitSteps = 12;                              // steps of the refit of a ball to its samples
+constexpr std::array<double, 4> kEdgeDepths{0.6, 1.0, 1.6, 2.5};  // of candidates below an edge, as multiples of the stand-off
+constexpr std::size_t kTooFew = 2;                  // a ball has too few samples if it has less than one over this of what it needs
+constexpr std::size_t kSparse = 4;                  // samples are added if more than one over this of the balls have too few
+constexpr double kUpperEnd = 1.05;                  // upper end of the first bisection, as a multiple of the estimated stand-off
+constexpr double kFirstLow = 0.5, kNextLow = 0.25;  // lower end of the bisection, likewise: of the first greedy cover, and after a top-up
+constexpr double kRoughStart = 0.01;                // first goal of a rough cover, as a share of the diagonal ...
+constexpr double kRoughSpheres = 512;               // ... for up to this number of spheres; for more in inverse proportion
+constexpr double kSwapStart = 0.002;                // share by which the first goal of the swaps is below the stand-off of their start
 
 template <class T>
 std::vector<T> everyNth(std::span<const T> all, std::size_t wanted) {
@@ -110,7 +120,7 @@ double refitAll(const DistanceField& field, const SampleIndex& samples, std::vec
       const auto patch = patches.patch(b);
       if (patch.empty()) return;
       const double width = std::sqrt(reach * (2 * std::max(now[b].radius, 0.0) + reach));
-      const Refit refit = refitBall(field, patch, now[b].centre, now[b].radius, 0.2 * width, 12);
+      const Refit refit = refitBall(field, patch, now[b].centre, now[b].radius, kFirstStepShare * width, kPatchRefitSteps);
       now[b] = {refit.centre, refit.clearance};
     });
   }
@@ -120,7 +130,7 @@ double refitAll(const DistanceField& field, const SampleIndex& samples, std::vec
 // Adds centres below a sharp convex edge or corner at `point`. The best ball for an edge has its centre about the
 // stand-off deep, where the medial axis of the samples is too thin to offer candidates.
 void addBelow(const DistanceField& field, const Vector3d& point, const Vector3d& normal, double stand_off, std::vector<Ball>& candidates) {
-  for (const double depth : {0.6, 1.0, 1.6, 2.5}) {
+  for (const double depth : kEdgeDepths) {
     const Vector3d c = point - depth * stand_off * normal;
     const double clearance = -field.signedDistance(c);
     if (clearance > 0) candidates.push_back({c, clearance});
@@ -166,9 +176,9 @@ std::vector<Vector3d> samplesWhereFew(const TriangleMesh& mesh, const SampleInde
     const double square = stand_off * (2 * std::max(balls[b].radius, 0.0) + stand_off);  // of the radius of a round spot
     const double spots = static_cast<double>(shares.patch(b).size()) * area_of_sample / (kHexagon * square);
     wanted[b] = static_cast<std::size_t>(static_cast<double>(usual) * std::clamp(spots / 2, 1.0, kMaxSamples));
-    sparse_count += patches.patch(b).size() < wanted[b] / 2;
+    sparse_count += patches.patch(b).size() < wanted[b] / kTooFew;
   }
-  if (sparse_count <= balls.size() / 4) return {};
+  if (sparse_count <= balls.size() / kSparse) return {};
   SampleSettings sampling;
   sampling.count = kDenser * samples.size();
   sampling.seed = seed;
@@ -212,7 +222,7 @@ Greedy bisectGreedy(const GapTable& table, double low, double high, std::size_t 
 std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, std::size_t max_count, double low, double& h,
                         std::vector<Ball>& candidates, std::vector<Ball>& balls, const Progress& progress) {
   double rise = kGoalGrowth;
-  for (double high = 1.05 * h;; low = high, high *= rise, rise *= kGoalGrowth) {
+  for (double high = kUpperEnd * h;; low = high, high *= rise, rise *= kGoalGrowth) {
     thinToFit(samples, high, 0, candidates);
     const GapTable table(samples, candidates, high);
     const Greedy greedy = bisectGreedy(table, low, high, max_count, kBisections, progress);
@@ -238,12 +248,12 @@ struct RoughCover {
 };
 RoughCover roughGreedy(const DistanceField& field, std::span<const Vector3d> points, std::span<const Ball> candidates, std::size_t n,
                        const Progress& progress) {
-  const std::size_t count = std::max<std::size_t>(10 * n, 500);
+  const std::size_t count = std::max<std::size_t>(kRoughSamples * n, kMinRoughSamples);
   const SampleIndex samples(everyNth<Vector3d>(points, count));
   const std::vector<Ball> some = everyNth<Ball>(candidates, count);
   // The stand-off is roughly proportional to 1/n. A higher start costs memory, since every candidate would reach every
   // sample.
-  const double start = 0.01 * field.diagonal() * std::min(1.0, 512 / static_cast<double>(n));
+  const double start = kRoughStart * field.diagonal() * std::min(1.0, kRoughSpheres / static_cast<double>(n));
   for (double low = 0, high = start;; low = high, high *= 2) {
     const Greedy greedy = bisectGreedy(GapTable(samples, some, high), low, high, n, kBisections, progress);
     if (!greedy.chosen.empty()) return {greedy.stand_off, greedy.chosen.size()};
@@ -261,7 +271,7 @@ void searchSwaps(const SampleIndex& samples, std::span<const Ball> candidates, d
   std::vector<std::uint32_t> chosen(balls.size());
   std::iota(chosen.begin(), chosen.end(), 0u);
   SwapSearch search(table, std::move(chosen), seed);
-  chosen = search.run(static_cast<float>(h * (1 - 0.002)), max_count, work, progress);
+  chosen = search.run(static_cast<float>(h * (1 - kSwapStart)), max_count, work, progress);
   balls.clear();
   for (const std::uint32_t c : chosen) balls.push_back(all[c]);
 }
@@ -291,7 +301,7 @@ ChosenBalls chooseBalls(const TriangleMesh& mesh, const DistanceField& field, st
   std::vector<Ball> balls;
   int top_ups = 0;
   for (; top_ups <= kMaxTopUps; ++top_ups) {
-    const std::size_t added = greedyBalls(field, samples, n, top_ups == 0 ? 0.5 * h : 0.25 * h, h, candidates, balls, progress);
+    const std::size_t added = greedyBalls(field, samples, n, (top_ups == 0 ? kFirstLow : kNextLow) * h, h, candidates, balls, progress);
     const bool was_dry = added > 0 && static_cast<double>(balls.size()) < kFull * static_cast<double>(n);
     const std::vector<Vector3d> more = samplesWhereFew(mesh, uniform, samples, balls, h, field.area(), given.size() / n, random());
     if (more.empty() && !was_dry) break;

@@ -14,6 +14,9 @@
 
 namespace spheretree::builder {
 
+inline constexpr std::size_t kRoughSamples = 10;      // samples for each sphere of the cover that estimates a stand-off
+inline constexpr std::size_t kMinRoughSamples = 500;  // at least, for few spheres
+
 struct ChoiceSettings {
   std::size_t spheres = 512;              // N, >= 1
   std::uint64_t swap_work = 200'000'000;  // entries of the candidate table that the swaps may touch: limits their time on any mesh

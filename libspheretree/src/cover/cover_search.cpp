@@ -16,6 +16,11 @@ constexpr std::uint64_t kMinAttempts = 8;   // the work is divided into at least
                                             // use all of it where refits are expensive
 constexpr std::uint64_t kTriangleWork = 4;  // cost of a triangle that is searched for gaps, in triangles or points of a refit
 constexpr double kRise = 0.05;              // share by which the first goal rises at first, if it cannot be reached
+constexpr double kRiseGrowth = 1.5;         // factor by which this share grows each time
+constexpr double kFirstReach = 0.01;        // share of the diagonal: first guess of the stand-off, which only saves time
+constexpr std::uint64_t kLeftOver = 2;      // one over this of the work is left at least, when the first goal has been reached
+constexpr double kStepGrowth = 1.3;         // factor on the step after a goal that was reached ...
+constexpr double kLargestStep = 2;          // ... up to this multiple of the first step
 constexpr double kClosed = 0.5;             // share of the gap tolerance to which close() closes gaps
 constexpr std::array<double, 2> kGoalRises{0, 0.5};  // rises of the stand-off that close() tries, as shares of the gap tolerance
 
@@ -30,11 +35,11 @@ CoverSearch::CoverSearch(const TriangleMesh& mesh, const DistanceField& field, C
   // Balls that cover all samples leave gaps between them. The goal rises from there, with the balls in their moved
   // positions, and faster each time: from a goal that is too high the way down is short, and work spent on unreachable
   // first goals would be missing later.
-  double goal = start.start * state_.standOff(0.01 * field.diagonal()), rise = kRise;
+  double goal = start.start * state_.standOff(kFirstReach * field.diagonal()), rise = kRise;
   for (state_.setGoal(goal); !settle(goal, settings_.gap_tolerance, work() + attempt(), progress); state_.setGoal(goal))
-    goal *= 1 + rise, rise *= 1.5;
+    goal *= 1 + rise, rise *= kRiseGrowth;
   keep(goal);
-  max_work_ = std::max(settings_.work, work() + settings_.work / 2);
+  max_work_ = std::max(settings_.work, work() + settings_.work / kLeftOver);
 }
 
 Cover CoverSearch::cover() const {
@@ -51,7 +56,7 @@ void CoverSearch::lower(double target, Progress& progress) {
     state_.setGoal(goal);
     if (coverAll(max_work, progress) && settle(goal, toleranceAt(goal), max_work, progress)) {
       keep(goal);
-      step = std::min(step * 1.3, 2 * settings_.step);
+      step = std::min(step * kStepGrowth, kLargestStep * settings_.step);
     } else {
       ++failures;
       step *= 0.5;  // continues from the current balls, most of which have come nearer to the next goal

@@ -30,6 +30,8 @@ struct ChosenBalls {
   std::uint64_t seed = 1;  // of the random numbers of the search
 };
 
+inline constexpr int kMovesBeside = 10;  // moves that a search gets beside those for each of its balls
+
 struct SearchSettings {
   double step = 0.02;  // each goal of lower() is this share below the last one, initially; fit() removes this share of the balls; (0, 0.5)
   int moves = 1000;    // moves before a goal is given up; counted from the last time that all samples were covered; >= 0

@@ -256,7 +256,7 @@ double CoverState::costToTake(std::uint32_t b, std::uint32_t s, double target, B
   double cost = 0;
   for (int round = 0;; ++round) {
     const double width = std::sqrt(goal_ * (2 * std::max(trial.radius, 0.0) + goal_));
-    const Refit refit = refitBall(field_, patch_, trial.centre, trial.radius, 0.2 * width, kRefitSteps, goal_);
+    const Refit refit = refitBall(field_, patch_, trial.centre, trial.radius, kFirstStepShare * width, kRefitSteps, goal_);
     trial = {refit.centre, refit.clearance};
     work_ += refit.work;
     const double stand_off = trial.radius > 0 ? refit.stand_off : comeInside(trial, refit.stand_off);

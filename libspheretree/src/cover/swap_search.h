@@ -59,6 +59,8 @@ class SwapSearch {
   }
 
  private:
+  static constexpr float kSwapStep = 0.004f;   // share by which the next stand-off is below that of the present cover
+  static constexpr float kRestrictAt = 0.97f;  // the table is restricted when the stand-off is below this share of its limit
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
   // Slightly below the largest gap of the current cover.
@@ -67,7 +69,7 @@ class SwapSearch {
     for (const std::uint32_t c : chosen_)
       for (const GapTable::Entry& e : table_.ofCandidate(c)) min_[e.id] = std::min(min_[e.id], e.gap);
     const float largest = *std::max_element(min_.begin(), min_.end());
-    return largest - 0.004f * std::abs(largest);
+    return largest - kSwapStep * std::abs(largest);
   }
 
   // Recomputes the counts at stand-off `h`. Only samples that no set or one set covers contribute to a score, so that
@@ -75,7 +77,7 @@ class SwapSearch {
   // until there are enough of them to justify a pass over it.
   void restart(float h) {
     touched_ += table_.samples() + table_.candidates();
-    if (h < 0.97f * restricted_) {
+    if (h < kRestrictAt * restricted_) {
       table_.restrict(h);
       restricted_ = h;
     }

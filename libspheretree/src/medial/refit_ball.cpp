@@ -15,7 +15,13 @@ namespace {
 constexpr std::size_t kMaxNear = 12;  // number of stored surface points
 constexpr std::size_t kMaxFar = 48;   // patch points of the epsilon-subdifferential
 constexpr int kGilbertSteps = 24;
-constexpr double kFlat = 0.05;  // subgradients shorter than this count as zero
+constexpr double kGilbertGap = 0.02;    // error of the square of the shortest vector, as a share, at which Gilbert's method ends
+constexpr double kFlat = 0.05;          // subgradients shorter than this count as zero
+constexpr double kSmallestStep = 1e-3;  // the descent ends below this share of its first step
+constexpr double kActive = 0.5;         // points are active within this share of the step
+constexpr double kFlatStep = 0.35;      // factors on the step if there is no slope, ...
+constexpr double kFailedStep = 0.5;     // ... after a failure, ...
+constexpr double kGoodStep = 1.3;       // ... and after a success
 
 // The first of the points with the smallest projection on a direction.
 std::size_t minAlong(const Vector3d& direction, std::span<const Vector3d> all) {
@@ -38,7 +44,7 @@ Vector3d shortestDifference(std::span<const Vector3d> pull, std::span<const Vect
   for (int k = 0; k < kGilbertSteps; ++k) {
     const Vector3d w = pull[minAlong(g, pull)] - push[minAlong(-g, push)];
     const double gain = g.squaredNorm() - g.dot(w);
-    if (gain <= 0.02 * g.squaredNorm() || g.squaredNorm() < kFlat * kFlat) break;
+    if (gain <= kGilbertGap * g.squaredNorm() || g.squaredNorm() < kFlat * kFlat) break;
     if (k == 0)
       g += std::min(1.0, gain / (g - w).squaredNorm()) * (w - g);
     else
@@ -85,25 +91,25 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
   std::array<Vector3d, kMaxFar> pull;
   std::array<Vector3d, kMaxNear> push;
   double step = first_step;
-  const double smallest = 1e-3 * first_step;
+  const double smallest = kSmallestStep * first_step;
   for (int i = 0; i < max_steps && step > smallest && best.stand_off > target; ++i) {
     // Unit gradients of |p - c| for the farthest patch points and of d for the nearest surface points, with a tolerance
     // of `step`.
     std::size_t pulls = 0, pushes = 0;
-    const double active2 = (reach - 0.5 * step) * (reach - 0.5 * step);
+    const double active2 = (reach - kActive * step) * (reach - kActive * step);
     for (const Vector3d& p : patch) {
       const double d2 = (best.centre - p).squaredNorm();
-      if ((d2 >= active2 || reach <= 0.5 * step) && d2 > 0 && pulls < kMaxFar) pull[pulls++] = (best.centre - p) / std::sqrt(d2);
+      if ((d2 >= active2 || reach <= kActive * step) && d2 > 0 && pulls < kMaxFar) pull[pulls++] = (best.centre - p) / std::sqrt(d2);
     }
     for (std::size_t k = 0; k < near_count; ++k) {
       const double d = (best.centre - near[k]).norm();
-      if (d + slack[k] <= std::abs(best.clearance) + 0.5 * step && d > 0) push[pushes++] = away[k] * (best.centre - near[k]) / d;
+      if (d + slack[k] <= std::abs(best.clearance) + kActive * step && d > 0) push[pushes++] = away[k] * (best.centre - near[k]) / d;
     }
     if (pulls == 0 || pushes == 0) break;
     const Vector3d g = shortestDifference({pull.data(), pulls}, {push.data(), pushes});
     const double slope = g.norm();
     if (slope < kFlat) {
-      step *= 0.35;
+      step *= kFlatStep;
       continue;
     }
     const Vector3d trial = best.centre - (step / slope) * g;
@@ -112,7 +118,7 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
     const double trial_reach = farthest(patch, trial);
     best.work += patch.size();
     if (trial_reach - limit >= best.stand_off) {  // the clearance is at most `limit`: no distance query is needed
-      step *= 0.5;
+      step *= kFailedStep;
       continue;
     }
     const NearestPoint touch = nearestWithin(field, trial, limit);
@@ -123,9 +129,9 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
     if (trial_reach - trial_clearance < best.stand_off) {
       best = {trial, trial_clearance, trial_reach - trial_clearance, best.work};
       reach = trial_reach;
-      step *= 1.3;
+      step *= kGoodStep;
     } else {
-      step *= 0.5;
+      step *= kFailedStep;
     }
   }
   return best;

@@ -24,6 +24,12 @@ constexpr std::size_t kDensityEvery = 4;  // points for each inner ball: a ball_
 constexpr int kRefitSteps = 16;
 constexpr int kBalanceRounds = 40;
 constexpr std::size_t kMaxUnindexedBalls = 16;  // number of balls up to which an index does not pay
+constexpr double kFlatCover = 1.2092;           // Kershner's factor, 2 pi / (3 sqrt 3); the digits are part of the results
+constexpr int kDensityBisections = 50;          // to 2^-50 of the diagonal: rounding
+constexpr double kOnSurface = 1e-2;             // share of its reach: a ball of less clearance is replaced by one inside
+constexpr std::size_t kMaxCorners = 2;          // for each point wanted: a mesh of at most so many vertices has them as points, too
+constexpr double kBalanceStep = 0.2;            // of the first round that balances regions, as a share of the mean squared radius ...
+constexpr double kBalanceDecay = 0.1;           // ... and how it falls with the rounds
 
 // Enlarged by 1e-9, so that a point on a ball's surface counts as inside, whatever the rounding.
 BallIndex indexOf(std::span<const FittedBall> balls) {
@@ -56,7 +62,7 @@ void forChunks(std::size_t count, Work&& work) {
 // overhang.
 void moveInside(const DistanceField& field, std::span<const Vector3d> patch, FittedBall& ball) {
   const double reach = farthest(patch, ball.centre);
-  if (ball.clearance > 1e-2 * reach) return;
+  if (ball.clearance > kOnSurface * reach) return;
   const Ball inner = touchingBall(field, ball.centre);
   if (inner.radius > 0 && farthest(patch, inner.centre) - inner.radius < reach - ball.clearance) ball = {inner.centre, 0, inner.radius};
 }
@@ -83,19 +89,19 @@ SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field
   for (std::size_t i = 0; i < samples.size(); ++i)
     if (!samples[i].feature) faces.push_back(radius[i]);
   const double share = faces.empty() ? 0 : field.area() / static_cast<double>(faces.size());
-  // n k pi h = 1.2092 * integral of dA / (2 r + h), k = 2: the right side decreases as h increases.
+  // n k pi h = kFlatCover * integral of dA / (2 r + h), k = 2: the right side decreases as h increases.
   double low = 0, high = field.diagonal();
-  for (int i = 0; i < 50; ++i) {
+  for (int i = 0; i < kDensityBisections; ++i) {
     const double h = 0.5 * (low + high);
     double integral = 0;
     for (const double r : faces) integral += share / (2 * r + h);
-    (2 * std::numbers::pi * static_cast<double>(spheres) * h < 1.2092 * integral ? low : high) = h;
+    (2 * std::numbers::pi * static_cast<double>(spheres) * h < kFlatCover * integral ? low : high) = h;
   }
   for (std::size_t i = 0; i < samples.size(); ++i) {
     out.points.push_back(samples[i].point);
     out.ball_density.push_back(samples[i].feature ? 0 : share / (2 * radius[i] + high));
   }
-  if (mesh.positions.size() <= 2 * count) {
+  if (mesh.positions.size() <= kMaxCorners * count) {
     std::vector<char> used(mesh.positions.size(), 0);
     for (const Triangle& t : mesh.triangles)
       for (const std::uint32_t v : t) used[v] = 1;
@@ -144,7 +150,7 @@ void refitToPatch(const DistanceField& field, std::span<const Vector3d> patch, F
   if (ball.clearance > 0 && patch.size() > 1) {
     const double overhang = std::max(0.0, ball.overhang());
     const double width = std::sqrt(overhang * (2 * ball.clearance + overhang));
-    const Refit refit = refitBall(field, patch, ball.centre, ball.clearance, 0.2 * width, kRefitSteps, target);
+    const Refit refit = refitBall(field, patch, ball.centre, ball.clearance, kFirstStepShare * width, kRefitSteps, target);
     ball.centre = refit.centre;
     ball.clearance = refit.clearance;
   }
@@ -273,7 +279,7 @@ std::vector<std::uint32_t> assignToRegions(std::span<const Vector3d> points, std
       for (std::size_t k = 0; k < shared.size(); ++k) owner[shared[k]] = choice[k];
     }
     if (!(wanted > 0)) break;
-    const double step = 0.2 * scale / (1 + 0.1 * round);
+    const double step = kBalanceStep * scale / (1 + kBalanceDecay * round);
     for (std::size_t b = 0; b < balls.size(); ++b) shift[b] += step * std::clamp(sum[b] / wanted - 1, -1.0, 1.0);
   }
   return owner;

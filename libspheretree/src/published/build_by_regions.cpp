@@ -35,6 +35,9 @@ constexpr std::size_t kMinPoints = 1000;
 constexpr std::size_t kFirstSteps = 8;       // for a tolerance: bisection ends within 1/kFirstSteps of the smallest number of balls
 constexpr std::size_t kStepsDown = 25;       // ... and then the number decreases by 1/kStepsDown in each step
 constexpr std::size_t kExtraWorkBalls = 64;  // fewer balls have more points each: the work of a level is that of so many balls more
+constexpr std::size_t kSitesFrom = 20;       // the first sites are the farthest from each other of this multiple of points
+constexpr std::size_t kRootPoints = 200;     // with inner balls, one of which may be the best root
+constexpr std::size_t kPointsFrom = 4;       // as kSitesFrom, for the points of a region
 
 struct Effort {
   std::size_t points_a_ball, max_points, reducer_points, reducer_balls;
@@ -60,7 +63,16 @@ Effort effortOf(Quality quality) {
               .search_work = 2'000,
               .gap_tolerance = 0.04};
     case Quality::Standard:
-      break;
+      return {.points_a_ball = 12,
+              .max_points = 400'000,
+              .reducer_points = 100,
+              .reducer_balls = 150,
+              .exchange_rounds = 8,
+              .search_moves = 0.6,
+              .search_step = 0.1,
+              .search_failures = 2,
+              .search_work = 6'000,
+              .gap_tolerance = 0.04};
     case Quality::Best:
       return {.points_a_ball = 48,
               .max_points = 800'000,
@@ -73,16 +85,7 @@ Effort effortOf(Quality quality) {
               .search_work = 40'000,
               .gap_tolerance = 0.01};
   }
-  return {.points_a_ball = 12,
-          .max_points = 400'000,
-          .reducer_points = 100,
-          .reducer_balls = 150,
-          .exchange_rounds = 8,
-          .search_moves = 0.6,
-          .search_step = 0.1,
-          .search_failures = 2,
-          .search_work = 6'000,
-          .gap_tolerance = 0.04};
+  return {};
 }
 
 double worstOverhang(std::span<const FittedBall> balls) {
@@ -105,7 +108,7 @@ class TopDownBuilder {
         settings_(settings),
         effort_(effortOf(settings.quality)),
         progress_(progress) {
-    if (method.uses_medial_axis) axis_.emplace(field, farthestFirst(thinned(surface_.points, 20 * kFirstSites), kFirstSites));
+    if (method.uses_medial_axis) axis_.emplace(field, farthestFirst(thinned(surface_.points, kSitesFrom * kFirstSites), kFirstSites));
   }
 
   Levels run(double done, double share) {
@@ -131,7 +134,7 @@ class TopDownBuilder {
   FittedBall rootBall() {
     const Ball smallest = smallestBall(surface_.points);
     std::vector<FittedBall> starts{{smallest.centre, smallest.radius, -field_.signedDistance(smallest.centre)}};
-    const std::vector<Vector3d> sparse = farthestFirst(thinned(surface_.points, kMinPoints), 200);
+    const std::vector<Vector3d> sparse = farthestFirst(thinned(surface_.points, kMinPoints), kRootPoints);
     FittedBall inner;
     double lowest = kInfinity;
     for (const Vector3d& p : sparse) {
@@ -184,7 +187,7 @@ class TopDownBuilder {
 
   std::vector<FittedBall> reduceOne(const std::vector<Vector3d>& points, const std::vector<FittedBall>& pool, const FittedBall& own) {
     if (points.size() < 2) return {own};
-    const std::vector<Vector3d> sparse = farthestFirst(thinned(points, 4 * effort_.reducer_points), effort_.reducer_points);
+    const std::vector<Vector3d> sparse = farthestFirst(thinned(points, kPointsFrom * effort_.reducer_points), effort_.reducer_points);
     Region region{field_, sparse, pool};
     region.max_balls = static_cast<std::size_t>(settings_.branching);
     region.target_overhang = settings_.tolerance_mm;
@@ -233,7 +236,7 @@ class TopDownBuilder {
       for (std::size_t i = 0; inscribed.size() < count; ++i) inscribed.push_back(inscribed[i]);
     SearchSettings lowering;
     lowering.step = effort_.search_step;
-    lowering.moves = 10 + static_cast<int>(effort_.search_moves * static_cast<double>(balls.size()));
+    lowering.moves = kMovesBeside + static_cast<int>(effort_.search_moves * static_cast<double>(balls.size()));
     lowering.work = effort_.search_work * (balls.size() + kExtraWorkBalls);
     lowering.failures = effort_.search_failures;
     lowering.gap_tolerance = effort_.gap_tolerance;

@@ -24,6 +24,7 @@ constexpr double
     kListedStandOff = 1.05,
     kOutdatedStandOff =
         1.4;  // points of a ball are listed for a stand-off this much larger, and listed again when it is larger by the second factor
+constexpr std::size_t kSplitsARound = 16;   // at most one over this of the balls are split in a round
 constexpr int kHalvesRounds = 2;            // of refits, after a split
 constexpr int kPatience = 5;                // consecutive rounds without gain
 constexpr std::size_t kMaxParts = 8;        // largest number of parts of a ball if two halves are no better
@@ -116,7 +117,7 @@ class Level {
       if (balls_[b].overhang() > kNearWorst * worst || (spare > 0 && !state_[b].split_is_useless)) wide.push_back(b);
     std::stable_sort(wide.begin(), wide.end(),
                      [&](std::uint32_t x, std::uint32_t y) { return balls_[x].overhang() > balls_[y].overhang(); });
-    const std::size_t batch = std::max<std::size_t>(1, balls_.size() / 16);
+    const std::size_t batch = std::max<std::size_t>(1, balls_.size() / kSplitsARound);
     if (wide.size() > batch) wide.resize(batch);
     const std::vector<std::uint32_t> cheap = byLoss();
     std::size_t next = 0;
