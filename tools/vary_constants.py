@@ -2,15 +2,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """tools/vary_constants.py [PATTERN...]: what half and twice each constant of builder and runtime do. Writes build/vary/figures.csv
 
-Builds the programs once, in a copy of the checkout in which every numeric constant of libspheretree/src and libruntime/runtime/src
-asks the environment for a factor, then runs them for each constant whose FILE:NAME matches a PATTERN (default: all) with the factors
-0.5, 1 and 2. Each number of a list is multiplied; a constant that sizes an array is compiled again for each factor. FILE is below these
-folders; of the runtime it begins with runtime/. Figures of the builder: the error (bound of the overhang of the leaves; of the skin, how
-far it is from the mesh), the bytes of the tree and processor time, each summed over the cases of the constant's wing and divided by those
-of factor 1. Of a split, on a noisy scan with jagged labels: one and the crossing pairs (as the error), the length of all borders (in
-place of the bytes) and processor time. Of the runtime, along the teeth of the sample mouth: the largest step of the
-force (as the error), the 99.9th percentile of a step's time (in place of the bytes) and processor time. Rows of docs/constants.md of
-the kind `measured` come from here."""
+Builds the programs once, in a copy of the checkout in which every numeric constant of libspheretree/src and libruntime/runtime/src asks
+the environment for a factor, then runs them for each constant whose FILE:NAME matches a PATTERN (default: all) with the factors 0.5, 1
+and 2. A field of the efforts of the qualities counts as a constant, too. Each number of a list is multiplied; a constant that sizes an
+array is compiled again for each factor. FILE is below these folders; of the runtime it begins with runtime/. Figures of the builder: the
+error (bound of the overhang of the leaves; of the skin, how far it is from the mesh), the bytes of the tree and processor time, each
+summed over the cases of the constant's wing and divided by those of factor 1. Of a repair: one and the lengths [mm] by which its steps
+change the surface (as the error), and the places that these steps mend, openings left out (in place of the bytes). Of a check: the
+thickness below which a twentieth of the mesh is (as the error), and the leaves of the first estimate (in place of the bytes). Of a split,
+on a noisy scan with jagged labels: one and the crossing pairs (as the error), the length of all borders (in place of the bytes) and
+processor time. Of the runtime, along the teeth of the sample mouth: the largest step of the force (as the error), the 99.9th percentile
+of a step's time (in place of the bytes) and processor time. Rows of docs/constants.md of the kind `measured` come from here."""
 import csv
 import fnmatch
 import json
@@ -28,6 +30,7 @@ WORK = ROOT / "build/vary"
 SOURCE, BUILD = WORK / "source", WORK / "build"
 DECLARATION = re.compile(r"^(\s*)((?:inline |static )*)constexpr (double|float|int|std::size_t|std::uint64_t|std::uint32_t) (k[A-Z][^;()]*);", re.MULTILINE)
 ARRAY = re.compile(r"^(\s*)constexpr (std::array<double, \d+>) (k[A-Z]\w*)(\{[^;{}]*\});", re.MULTILINE)
+EFFORT = re.compile(r"\.(\w+) = ([\d.']+)(?=[,}])")  # in the tables of the qualities
 HEADER = """#pragma once
 #include <cmath>
 #include <cstdlib>
@@ -48,18 +51,26 @@ A variedEach(const char* name, A values) {
   return values;
 }
 """
-# Wing or file: how it is driven. Mesh and options of `spheretree build`; "evaluate" measures the tree, too.
+# Wing, file or FILE:NAME: how it is driven. Mesh and options of `spheretree build`; "evaluate" measures the tree, too.
 CASES = {"default": ["molar --quality quick", "probe --quality quick", "molar --tolerance 0.3 --quality quick"],
-         "repair": ["broken --quality quick", "broken --repair wrap --quality quick"],
+         "build_sphere_tree.cpp:kFar": ["near --quality quick", "distant --quality quick"],
+         "level_search.cpp": ["molar --tolerance 0.3 --quality quick", "molar --tolerance 0.3", "molar --tolerance 1.2 --quality quick",
+                              "probe --tolerance 1.2 --quality quick", "probe --builder merge --levels 3 --quality quick --tolerance 1"],
+         "simplified_input.cpp": ["fine --quality quick --levels 3", "fine --quality quick --levels 3 --tolerance 1"],
+         "simplified_input.cpp:kTrianglesALeaf": ["finest --quality quick"],
          "measure": ["evaluate molar --quality quick", "evaluate probe --quality quick"],
          "skin": ["molar --quality quick --levels 3", "fine --quality quick --levels 3"],
          "published": [f"probe --builder {b} --levels 3 --quality quick" for b in ("merge", "expand")]
                       + ["molar --builder merge --levels 3 --quality quick", "molar --builder merge --levels 3 --quality quick --tolerance 1"]}
+CASES["efforts of cover"] = CASES["default"] + ["molar", "probe", "molar --tolerance 0.3"]
+CASES["efforts of published"] = CASES["published"] + [f"{mesh} --builder {b} --levels 3" for mesh in ("molar", "probe")
+                                                     for b in ("merge", "expand")]
 CASES["mesh"] = CASES["skin"]
 CASES["medial"] = CASES["published"]
-CASES["split"] = []  # split_figures()
+CASES["medial/refit_ball.h"] = CASES["default"] + CASES["published"]
 for reducer in ("burst", "expand", "grid", "hubbard", "merge", "octree", "spawn"):
     CASES[f"published/reduce_{reducer}.cpp"] = [f"{mesh} --builder {reducer} --levels 3 --quality quick" for mesh in ("molar", "probe")]
+CASES["published/reduce_octree.cpp"] += [f"{mesh} --builder octree --quality quick --tolerance 1" for mesh in ("molar", "probe")]
 
 
 def rewritten(text, name, keep, fixed):
@@ -80,6 +91,8 @@ def rewritten(text, name, keep, fixed):
     def array(found):
         indent, kind, constant, values = found.groups()
         return f'{indent}inline const {kind} {constant} = variedEach<{kind}>("{name}:{constant}", {kind}{values});'
+    if "struct Effort {" in text:
+        text = EFFORT.sub(lambda found: f'.{found[1]} = varied<decltype(Effort::{found[1]})>("{name}:{found[1]}", {found[2]})', text)
     return ARRAY.sub(array, DECLARATION.sub(declaration, text))
 
 
@@ -99,7 +112,7 @@ def make_copy(keep, fixed=None):
         short = shortened(name)
         if short and name.endswith((".h", ".cpp")):
             text = rewritten(data.decode(), short, keep, fixed)
-            constants += re.findall(r'varied(?:Each)?<[^(]*>\("([^"]+)"', text)
+            constants += dict.fromkeys(re.findall(r'varied(?:Each)?<[^"]*>\("([^"]+)"', text))
             data = text.encode()
         if not target.exists() or target.read_bytes() != data:
             target.write_bytes(data)
@@ -130,20 +143,54 @@ def build(targets):
     sys.exit("vary_constants: the copy cannot be built")
 
 
-def broken_molar(folder):
-    """The molar as a soup with holes, a flipped patch and a doubled face."""
-    lines = (folder / "molar.obj").read_text().splitlines()
-    vertices, faces = [l for l in lines if l.startswith("v ")], [l.split()[1:] for l in lines if l.startswith("f ")]
-    faces = [f[::-1] if 500 <= i < 520 else f for i, f in enumerate(faces) if i % 400 > 5] + [faces[40]]
-    (folder / "broken.obj").write_text("\n".join(vertices + ["f " + " ".join(f) for f in faces]) + "\n")
+def read(path):
+    """Points and faces of an OBJ file."""
+    lines = path.read_text().splitlines()
+    return ([[float(x) for x in l.split()[1:4]] for l in lines if l.startswith("v ")],
+            [[int(word.split("/")[0]) - 1 for word in l.split()[1:]] for l in lines if l.startswith("f ")])
 
 
-def fine_molar(folder):
-    """The molar with each triangle cut into sixteen, and its new vertices off the surface by up to 2 um: a scan in need of fewer triangles."""
-    lines = (folder / "molar.obj").read_text().splitlines()
-    points = [[float(x) for x in l.split()[1:4]] for l in lines if l.startswith("v ")]
-    faces = [[int(word.split("/")[0]) - 1 for word in l.split()[1:]] for l in lines if l.startswith("f ")]
-    for _ in range(2):
+def write(path, points, faces):
+    path.write_text("".join(f"v {x:.6f} {y:.6f} {z:.6f}\n" for x, y, z in points)
+                    + "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in faces))
+
+
+def broken_molars(folder):
+    """broken: a molar with holes, a flipped patch and a doubled face. cracked: each face of a part has corners of its own, off by up to
+    2 um; fins stand on some edges; the tip is cut off. crossing: two molars in each other."""
+    points, faces = read(folder / "molar.obj")
+    write(folder / "broken.obj", points, [f[::-1] if 500 <= i < 520 else f for i, f in enumerate(faces) if i % 400 > 5] + [faces[40]])
+    low = min(z for _, _, z in points)
+    kept = [f for f in faces if max(points[v][2] for v in f) > low + 2]
+    cracked, own = [p[:] for p in points], []
+    for i, f in enumerate(kept):
+        corners = f
+        if i % 3 == 0:
+            corners = list(range(len(cracked), len(cracked) + 3))
+            cracked += [[x + 0.002 * (i % 100) / 100 * math.sin(7.1 * i + 3 * k + axis) for axis, x in enumerate(points[v])]
+                        for k, v in enumerate(f)]
+        own.append(corners)
+        if i % 500 == 250:
+            middle = [sum(points[v][axis] for v in f) / 3 for axis in range(3)]
+            cracked.append([1.2 * x for x in middle])
+            own.append([corners[0], corners[1], len(cracked) - 1])
+    write(folder / "cracked.obj", cracked, own)
+    count = len(points)
+    write(folder / "crossing.obj", points + [[x + 3, y + 1, z] for x, y, z in points], faces + [[v + count for v in f] for f in faces])
+
+
+def moved_molars(folder):
+    """near and distant: the molar 12 and 24 diagonals from the origin."""
+    points, faces = read(folder / "molar.obj")
+    for name, by in (("near", 12), ("distant", 24)):
+        write(folder / f"{name}.obj", [[x + by * 26, y, z] for x, y, z in points], faces)
+
+
+def fine_molar(folder, name, cuts):
+    """The molar with each triangle cut into four, `cuts` times, and new vertices off the surface by up to 2 um: a scan in need of fewer
+    triangles."""
+    points, faces = read(folder / "molar.obj")
+    for _ in range(cuts):
         middles = {}
 
         def middle(a, b):
@@ -156,8 +203,7 @@ def fine_molar(folder):
 
         faces = [f for a, b, c in faces for ab, bc, ca in [(middle(a, b), middle(b, c), middle(c, a))]
                  for f in ([a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca])]
-    (folder / "fine.obj").write_text("".join(f"v {x:.6f} {y:.6f} {z:.6f}\n" for x, y, z in points)
-                                     + "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in faces))
+    write(folder / f"{name}.obj", points, faces)
 
 
 def figures(cases, variation, wing):
@@ -215,8 +261,50 @@ def step_figures(variation):
     return tuple(map(min, zip(*runs)))
 
 
+def reports(variation, *words):
+    """What a verb of the program says as JSON, and its processor time."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    run = subprocess.run([BUILD / "tools/spheretree/spheretree", *words, "--json", "-q"], env=os.environ | {"SPHERETREE_VARY": variation},
+                         capture_output=True, text=True, timeout=600)
+    return json.loads(run.stdout), resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+
+
+def repair_figures(variation):
+    """One and the lengths by which the steps change the surface [mm], the places they mend, and processor time."""
+    length, places, time = 1.0, 1, 0.0
+    for mesh, *options in (["broken"], ["cracked"], ["crossing"], ["broken", "--repair", "wrap"]):
+        try:
+            report, taken = reports(variation, "repair", WORK / f"{mesh}.obj", "-o", WORK / "repaired.ply", *options)
+        except (ValueError, subprocess.SubprocessError):
+            return None
+        time += taken
+        length += sum(step["change_mm"] for step in report["repair"]["steps"])
+        places += sum(step["count"] for step in report["repair"]["steps"] if step["step"] != "cap_openings")
+    return length, places, time
+
+
+def check_figures(variation):
+    """Thickness below which a twentieth is [mm], leaves of the first estimate, and processor time."""
+    found = [reports(variation, "check", WORK / f"{mesh}.obj") for mesh in ("molar", "probe")]
+    surveys = [report["survey"] for report, _ in found]
+    return (sum(s["thickness_mm"]["p05"] for s in surveys), sum(s["leaf_estimates"][0]["leaves"] for s in surveys),
+            sum(taken for _, taken in found))
+
+
+FIGURES = {"runtime": step_figures, "split": split_figures, "repair": repair_figures, "measure/mesh_survey.cpp": check_figures}
+
+
+def key_of(constant):
+    """The entry of FIGURES or CASES for FILE:NAME."""
+    file, name = constant.split(":")
+    candidates = (constant, file, file.split("/")[0])
+    if not name.startswith("k"):
+        return f"efforts of {candidates[-1]}"
+    return next((key for key in candidates if key in FIGURES or key in CASES), "default")
+
+
 def measured(variation, key):
-    return step_figures(variation) if key == "runtime" else split_figures(variation) if key == "split" else figures(CASES[key], variation, key)
+    return FIGURES[key](variation) if key in FIGURES else figures(CASES[key], variation, key)
 
 
 def main():
@@ -234,15 +322,16 @@ def main():
         subprocess.run([samples, "--mouth", WORK], check=True, stdout=subprocess.DEVNULL)
         subprocess.run([BUILD / "tools/spheretree/spheretree", "batch", WORK / "mouth.scene.json", "-o", WORK / "trees", "-q", "--quality", "quick"],
                        check=True)
-    broken_molar(WORK)
-    fine_molar(WORK)
+    broken_molars(WORK)
+    moved_molars(WORK)
+    fine_molar(WORK, "fine", 2)
+    fine_molar(WORK, "finest", 3)
     base = {}
     with (WORK / "figures.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["constant", "factor", "error", "bytes", "time"])
         for constant in constants + kept:
-            of_runtime = constant.startswith("runtime/")
-            key = "runtime" if of_runtime else next((k for k in (constant.split(":")[0], constant.split("/")[0]) if k in CASES), "default")
+            key = key_of(constant)
             if key not in base:
                 base[key] = measured("", key)
             for factor in (0.5, 2):
