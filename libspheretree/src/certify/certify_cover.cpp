@@ -10,8 +10,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "base/rounding.h"
 #include "certify/power_cells.h"
+#include "spheretree/core/rounding.h"
 
 namespace spheretree::builder {
 
