@@ -15,7 +15,7 @@ program, make_samples = sys.argv[1:3]
 update = "--update" in sys.argv[3:]
 record = Path(__file__).with_suffix(".txt")
 
-PUBLISHED = ["merge", "burst", "expand", "spawn", "grid", "hubbard", "octree"]
+PUBLISHED = ["combined", "merge", "burst", "expand", "spawn", "grid", "hubbard", "octree"]
 CASES = {"molar quick": "--quality quick", "molar standard, 3 levels": "--levels 3", "molar, 0.3 mm": "--tolerance 0.3 --quality quick",
          "probe quick": "--quality quick", "probe wrapped": "--quality quick --levels 3 --repair wrap"}
 CASES |= {f"probe {builder}": f"--builder {builder} --quality quick --levels 3" for builder in PUBLISHED}
