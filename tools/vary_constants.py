@@ -1,18 +1,21 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""tools/vary_constants.py [PATTERN...]: what half and twice each constant of builder and runtime do. Writes build/vary/figures.csv
+"""tools/vary_constants.py [PATTERN...]: what half and twice each constant of builder and runtime do. Writes
+build/vary/figures.csv
 
-Builds the programs once, in a copy of the checkout in which every numeric constant of libspheretree/src and libruntime/runtime/src asks
-the environment for a factor, then runs them for each constant whose FILE:NAME matches a PATTERN (default: all) with the factors 0.5, 1
-and 2. A field of the efforts of the qualities counts as a constant, too. Each number of a list is multiplied; a constant that sizes an
-array is compiled again for each factor. FILE is below these folders; of the runtime it begins with runtime/. Figures of the builder: the
-error (bound of the overhang of the leaves; of the skin, how far it is from the mesh), the bytes of the tree and processor time, each
-summed over the cases of the constant's wing and divided by those of factor 1. Of a repair: one and the lengths [mm] by which its steps
-change the surface (as the error), and the places that these steps mend, openings left out (in place of the bytes). Of a check: the
-thickness below which a twentieth of the mesh is (as the error), and the leaves of the first estimate (in place of the bytes). Of a split,
-on a noisy scan with jagged labels: one and the crossing pairs (as the error), the length of all borders (in place of the bytes) and
-processor time. Of the runtime, along the teeth of the sample mouth: the largest step of the force (as the error), the 99.9th percentile
-of a step's time (in place of the bytes) and processor time. Rows of docs/constants.md of the kind `measured` come from here."""
+Builds the programs once, in a copy of the checkout in which every numeric constant of libspheretree/src and
+libruntime/runtime/src asks the environment for a factor, then runs them for each constant whose FILE:NAME matches a
+PATTERN (default: all) with the factors 0.5, 1 and 2. A field of the efforts of the qualities counts as a constant, too.
+Each number of a list is multiplied; a constant that sizes an array is compiled again for each factor. FILE is below
+these folders; of the runtime it begins with runtime/. Figures of the builder: the error (bound of the overhang of the
+leaves; of the skin, how far it is from the mesh), the bytes of the tree and processor time, each summed over the cases
+of the constant's wing and divided by those of factor 1. Of a repair: one and the lengths [mm] by which its steps change
+the surface (as the error), and the places that these steps mend, openings left out (in place of the bytes). Of a check:
+the thickness below which a twentieth of the mesh is (as the error), and the leaves of the first estimate (in place of
+the bytes). Of a split, on a noisy scan with jagged labels: one and the crossing pairs (as the error), the length of all
+borders (in place of the bytes) and processor time. Of the runtime, along the teeth of the sample mouth: the largest
+step of the force (as the error), the 99.9th percentile of a step's time (in place of the bytes) and processor time.
+Rows of docs/constants.md of the kind `measured` come from here."""
 import csv
 import fnmatch
 import json
@@ -74,8 +77,8 @@ CASES["published/reduce_octree.cpp"] += [f"{mesh} --builder octree --quality qui
 
 
 def rewritten(text, name, keep, fixed):
-    """The source with each constant asking for its factor; `keep`: FILE:NAME that have to stay constant expressions; `fixed`: one of
-    these and the factor that it is compiled with, or None."""
+    """The source with each constant asking for its factor; `keep`: FILE:NAME that have to stay constant expressions;
+    `fixed`: one of these and the factor that it is compiled with, or None."""
     def declaration(found):
         indent, storage, kind, rest = found.groups()
         parts = [part.strip() for part in re.split(r",\s*(?=k[A-Z]\w*\s*=)", rest)]
@@ -156,8 +159,8 @@ def write(path, points, faces):
 
 
 def broken_molars(folder):
-    """broken: a molar with holes, a flipped patch and a doubled face. cracked: each face of a part has corners of its own, off by up to
-    2 um; fins stand on some edges; the tip is cut off. crossing: two molars in each other."""
+    """broken: a molar with holes, a flipped patch and a doubled face. cracked: each face of a part has corners of its
+    own, off by up to 2 um; fins stand on some edges; the tip is cut off. crossing: two molars in each other."""
     points, faces = read(folder / "molar.obj")
     write(folder / "broken.obj", points, [f[::-1] if 500 <= i < 520 else f for i, f in enumerate(faces) if i % 400 > 5] + [faces[40]])
     low = min(z for _, _, z in points)
@@ -187,8 +190,8 @@ def moved_molars(folder):
 
 
 def fine_molar(folder, name, cuts):
-    """The molar with each triangle cut into four, `cuts` times, and new vertices off the surface by up to 2 um: a scan in need of fewer
-    triangles."""
+    """The molar with each triangle cut into four, `cuts` times, and new vertices off the surface by up to 2 um: a scan
+    in need of fewer triangles."""
     points, faces = read(folder / "molar.obj")
     for _ in range(cuts):
         middles = {}
@@ -207,7 +210,8 @@ def fine_molar(folder, name, cuts):
 
 
 def figures(cases, variation, wing):
-    """Error, bytes and processor time, summed. Error: the bound of the overhang of the leaves, but of a skin that of its distance."""
+    """Error, bytes and processor time, summed. Error: the bound of the overhang of the leaves, but of a skin that of
+    its distance."""
     error = size = 0.0
     environment = os.environ | {"SPHERETREE_VARY": variation}
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
@@ -247,7 +251,8 @@ def split_figures(variation):
 
 
 def step_figures(variation):
-    """Largest step of the force [N], 99.9th percentile of a step's processor time [us], processor time of the run; the least of three."""
+    """Largest step of the force [N], 99.9th percentile of a step's processor time [us], processor time of the run; the
+    least of three."""
     runs = []
     for _ in range(3):
         before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime

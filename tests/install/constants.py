@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""constants.py SOURCE [--update]: every named constant of libspheretree and libruntime has a row in docs/constants.md, with its value.
+"""constants.py SOURCE [--update]: every named constant of libspheretree and libruntime has a row in docs/constants.md,
+with its value.
 
 So have the efforts of the qualities and the defaults of settings within libspheretree/src, in tables of their own.
---update writes the values that the sources have now, adds rows for new constants, whose kind has to be filled in, and drops old ones."""
+--update writes the values that the sources have now, adds rows for new constants, whose kind has to be filled in, and
+drops old ones."""
 import re
 import subprocess
 import sys
@@ -34,7 +36,8 @@ def constants(root):
 
 
 def settings(root):
-    """(FILE, FIELD) -> values: of each quality in the tables of efforts; the default of each setting that is neither 0 nor a seed."""
+    """(FILE, FIELD) -> values: of each quality in the tables of efforts; the default of each setting that is neither 0
+    nor a seed."""
     found = {}
     for path in sorted((root / "libspheretree/src").rglob("*")):
         if path.suffix not in (".h", ".cpp"):
