@@ -57,7 +57,8 @@ void validate(const BuildSettings& settings) {
   require(std::isfinite(s.skin_tolerance_mm) && s.skin_tolerance_mm >= 0, "the skin's tolerance must be finite and not negative");
   require(s.crease_angle_deg >= 1 && s.crease_angle_deg <= 180, "the crease angle must be 1 to 180 degrees");
   require(s.threads >= 0, "threads must not be negative");
-  require(s.max_leaves >= 0 && s.max_leaves <= static_cast<int>(kMaxSearchItems), "max_leaves is " + std::to_string(s.max_leaves) + "; it must be 0 to 32768");
+  require(s.max_leaves >= 0 && s.max_leaves <= static_cast<int>(kMaxSearchItems),
+          "max_leaves is " + std::to_string(s.max_leaves) + "; it must be 0 to 32768");
   require(s.max_leaves == 0 || s.builder == BuilderKind::Cover, "only the builder cover takes a number of leaves");
   require(s.soft_share >= 0 && s.soft_share <= 0.5, "the share of the radius of soft leaves must be 0 to 0.5");
   require(s.soft_share == 0 || s.builder == BuilderKind::Cover, "only the builder cover takes a share of the radius");
