@@ -73,7 +73,8 @@ CASES["medial"] = CASES["published"]
 CASES["medial/refit_ball.h"] = CASES["default"] + CASES["published"]
 for reducer in ("burst", "expand", "grid", "hubbard", "merge", "octree", "spawn"):
     CASES[f"published/reduce_{reducer}.cpp"] = [f"{mesh} --builder {reducer} --levels 3 --quality quick" for mesh in ("molar", "probe")]
-CASES["published/reduce_octree.cpp"] += [f"{mesh} --builder octree --quality quick --tolerance 1" for mesh in ("molar", "probe")]
+CASES["published/reduce_octree.cpp"] += [f"{mesh} --builder octree --quality quick --tolerance {mm}" for mesh in ("molar", "probe")
+                                         for mm in (1, 0.5, 0.2)]
 
 
 def rewritten(text, name, keep, fixed):
