@@ -110,7 +110,7 @@ def readme_times(programs):
     clock = real_time_run(programs)["time_us"]["total"]
     return ["| what | time |", "|---|---|",
             "| this molar, 512 leaves, one processor | " + ", ".join(f"`{quality}` {found}" for quality, found in one.items()) + " |",
-            f"| {count:,} triangles (the molar, subdivided), 512 leaves | {seconds('build', 'fine.obj', '-o', 'timed.stree')} |",
+            f"| {count:,} triangles (the molar, each triangle divided into 256), 512 leaves | {seconds('build', 'fine.obj', '-o', 'timed.stree')} |",
             f"| a mouth of 33 objects, 512 leaves each, `standard` | {seconds(*mouth)}; {seconds(*mouth)} if nothing has changed |",
             f"| a haptic step along all teeth of that mouth: median, 99th percentile | {clock['median']:.1f}, {clock['p99']:.0f} us |"]
 
