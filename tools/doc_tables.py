@@ -23,6 +23,8 @@ import tempfile
 import time
 from pathlib import Path
 
+from vary_constants import fine_molar
+
 ROOT = Path(__file__).resolve().parents[1]
 BEGIN, END = re.compile(r"<!-- table: (\w+) -->"), "<!-- end of table -->"
 TIME = re.compile(r"\b\d+(\.\d+)?(, \d+(\.\d+)?)* (s|us|ms|Hz|steps)\b")
@@ -68,32 +70,6 @@ def molar_build(programs):
     return ["    " + line for line in text.rstrip().splitlines()]
 
 
-def subdivided(path, out, times):
-    """Writes an OBJ file with each triangle divided into four, that often."""
-    words = [line.split() for line in Path(path).read_text().splitlines()]
-    points = [tuple(map(float, w[1:4])) for w in words if w and w[0] == "v"]
-    triangles = [[int(corner.split("/")[0]) - 1 for corner in w[1:4]] for w in words if w and w[0] == "f"]
-    for _ in range(times):
-        middles = {}
-
-        def middle(a, b):
-            key = (min(a, b), max(a, b))
-            if key not in middles:
-                middles[key] = len(points)
-                points.append(tuple((x + y) / 2 for x, y in zip(points[a], points[b])))
-            return middles[key]
-
-        finer = []
-        for a, b, c in triangles:
-            ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
-            finer += [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
-        triangles = finer
-    with open(out, "w", encoding="utf-8") as file:
-        file.writelines(f"v {x!r} {y!r} {z!r}\n" for x, y, z in points)
-        file.writelines(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in triangles)
-    return len(triangles)
-
-
 def readme_times(programs):
     """What takes how long."""
     programs.samples()
@@ -105,12 +81,13 @@ def readme_times(programs):
         return f"{time.perf_counter() - begin:.2g} s"
 
     one = {quality: seconds("build", "molar.obj", "-o", "timed.stree", "--quality", quality, "--threads", "1") for quality in ("quick", "standard", "best")}
-    count = subdivided(programs.folder / "molar.obj", programs.folder / "fine.obj", 4)
+    fine_molar(programs.folder, "fine", 4)
+    count = json.loads(programs.run("spheretree", "check", "fine.obj", "--json"))["triangles"]
     mouth = ["batch", "mouth/mouth.scene.json", "-o", "timed_mouth", "--quality", "standard"]
     clock = real_time_run(programs)["time_us"]["total"]
     return ["| what | time |", "|---|---|",
             "| this molar, 512 leaves, one processor | " + ", ".join(f"`{quality}` {found}" for quality, found in one.items()) + " |",
-            f"| {count:,} triangles (the molar, each triangle divided into 256), 512 leaves | {seconds('build', 'fine.obj', '-o', 'timed.stree')} |",
+            f"| {count:,} triangles (the molar, divided like a fine scan), 512 leaves | {seconds('build', 'fine.obj', '-o', 'timed.stree')} |",
             f"| a mouth of 33 objects, 512 leaves each, `standard` | {seconds(*mouth)}; {seconds(*mouth)} if nothing has changed |",
             f"| a haptic step along all teeth of that mouth: median, 99th percentile | {clock['median']:.1f}, {clock['p99']:.0f} us |"]
 
