@@ -20,11 +20,12 @@ bool nextRow(Lines& lines, std::string_view& row) {
   return false;
 }
 
-}  // namespace
+struct Counts {
+  std::uint64_t vertices, faces;
+};
 
-MeshFile readOff(std::span<const char> text, const std::string& name, double unit_mm) {
-  MeshAssembly assembly(name, unit_mm);
-  Lines lines(asText(text, name));
+/// Reads the header and the counts, for which `assembly` reserves memory.
+Counts readHeader(Lines& lines, MeshAssembly& assembly, std::size_t bytes) {
   std::string_view row;
   if (!nextRow(lines, row)) assembly.refuse("is empty. Export the mesh again.");
 
@@ -47,41 +48,55 @@ MeshFile readOff(std::span<const char> text, const std::string& name, double uni
       assembly.refuseLine(lines.number(),
                           inQuotes(word) + " is not a count; here stand the numbers of vertices, faces and edges. Export the mesh again.");
   }
-  const auto vertices = static_cast<std::uint64_t>(counts[0]), faces = static_cast<std::uint64_t>(counts[1]);
+  const Counts out{static_cast<std::uint64_t>(counts[0]), static_cast<std::uint64_t>(counts[1])};
   // The shortest vertex is "0 0 0", the shortest face "0", each with a line end, which the last may lack.
-  if (vertices > (lines.remaining() + 1) / 6 || faces > (lines.remaining() + 1) / 2)
-    assembly.refuse("announces " + std::to_string(vertices) + " vertices and " + std::to_string(faces) + " faces, more than its " +
-                    std::to_string(text.size()) + " bytes can hold. It is cut off or damaged: copy or export it again.");
-  assembly.reserve(vertices, faces);
+  if (out.vertices > (lines.remaining() + 1) / 6 || out.faces > (lines.remaining() + 1) / 2)
+    assembly.refuse("announces " + std::to_string(out.vertices) + " vertices and " + std::to_string(out.faces) + " faces, more than its " +
+                    std::to_string(bytes) + " bytes can hold. It is cut off or damaged: copy or export it again.");
+  assembly.reserve(out.vertices, out.faces);
+  return out;
+}
 
-  for (std::uint64_t vertex = 0; vertex < vertices; ++vertex) {
+/// Reads the corners of a face; a colour may follow.
+void readFace(std::string_view row, const std::string& name, std::uint64_t vertices, const Lines& lines, MeshAssembly& assembly,
+              std::vector<std::uint32_t>& corners) {
+  std::int64_t count = 0;
+  if (const std::string_view word = takeWord(row); !parseInteger(word, count) || count < 0)
+    assembly.refuseLine(lines.number(),
+                        name + " begins with " + inQuotes(word) + " instead of its number of corners. Export the mesh again.");
+  corners.clear();
+  for (std::int64_t k = 0; k < count; ++k) {
+    const std::string_view word = takeWord(row);
+    std::int64_t index = 0;
+    if (word.empty())
+      assembly.refuseLine(lines.number(), name + " announces " + std::to_string(count) + " corners, but its line has " + std::to_string(k) +
+                                              ". The file is cut off or damaged: copy or export it again.");
+    if (!parseInteger(word, index) || index < 0 || static_cast<std::uint64_t>(index) >= vertices)
+      assembly.refuseLine(lines.number(), name + " names vertex " + inQuotes(word) + "; valid are 0 to " +
+                                              std::to_string(static_cast<std::int64_t>(vertices) - 1) + ". Export the mesh again.");
+    corners.push_back(static_cast<std::uint32_t>(index));
+  }
+}
+
+}  // namespace
+
+MeshFile readOff(std::span<const char> text, const std::string& name, double unit_mm) {
+  MeshAssembly assembly(name, unit_mm);
+  Lines lines(asText(text, name));
+  const Counts counts = readHeader(lines, assembly, text.size());
+  std::string_view row;
+  for (std::uint64_t vertex = 0; vertex < counts.vertices; ++vertex) {
     if (!nextRow(lines, row))
-      assembly.refuse("ends after " + std::to_string(vertex) + " of " + std::to_string(vertices) +
+      assembly.refuse("ends after " + std::to_string(vertex) + " of " + std::to_string(counts.vertices) +
                       " vertices. It is cut off: copy or export it again.");
     assembly.takeVertex(row, lines.number());  // a normal, a colour or a texture coordinate may follow
   }
   std::vector<std::uint32_t> corners;
-  for (std::uint64_t face = 0; face < faces; ++face) {
+  for (std::uint64_t face = 0; face < counts.faces; ++face) {
     if (!nextRow(lines, row))
-      assembly.refuse("ends after " + std::to_string(face) + " of " + std::to_string(faces) +
+      assembly.refuse("ends after " + std::to_string(face) + " of " + std::to_string(counts.faces) +
                       " faces. It is cut off: copy or export it again.");
-    const std::string face_name = "face " + std::to_string(face);
-    std::int64_t count = 0;
-    if (const std::string_view word = takeWord(row); !parseInteger(word, count) || count < 0)
-      assembly.refuseLine(lines.number(),
-                          face_name + " begins with " + inQuotes(word) + " instead of its number of corners. Export the mesh again.");
-    corners.clear();
-    for (std::int64_t k = 0; k < count; ++k) {
-      const std::string_view word = takeWord(row);
-      std::int64_t index = 0;
-      if (word.empty())
-        assembly.refuseLine(lines.number(), face_name + " announces " + std::to_string(count) + " corners, but its line has " +
-                                                std::to_string(k) + ". The file is cut off or damaged: copy or export it again.");
-      if (!parseInteger(word, index) || index < 0 || static_cast<std::uint64_t>(index) >= vertices)
-        assembly.refuseLine(lines.number(), face_name + " names vertex " + inQuotes(word) + "; valid are 0 to " +
-                                                std::to_string(counts[0] - 1) + ". Export the mesh again.");
-      corners.push_back(static_cast<std::uint32_t>(index));
-    }  // a colour may follow
+    readFace(row, "face " + std::to_string(face), counts.vertices, lines, assembly, corners);
     assembly.addPolygon(corners);
   }
   if (nextRow(lines, row)) assembly.note("Text after the last face (line " + std::to_string(lines.number()) + ") was ignored.");

@@ -319,6 +319,43 @@ void refuseUnknownHolders(const JsonElement& root, const SceneFile& scene) {
   }
 }
 
+void readTool(const JsonElement& tool, SceneFile& scene) {
+  tool.onlyKeys({"name", "mesh", "tree", "unit", "part", "reference_point_mm", "reference_point", "position_mm", "quaternion_wxyz",
+                 "friction", SPHERETREE_TREE_SETTINGS});
+  scene.tool = readItem(tool);
+  scene.tool.pose = readPose(tool);
+  if (tool.has("reference_point")) {
+    if (tool.has("reference_point_mm")) tool.fail("has both \"reference_point\" and \"reference_point_mm\"");
+    scene.tool.reference_point = oneOf(tool.at("reference_point"), kReferencePoints);
+  }
+  if (tool.has("reference_point_mm")) scene.tool.reference_point_mm = vector(tool.at("reference_point_mm"));
+}
+
+void readDevice(const JsonElement& device, SceneFile& scene) {
+  device.onlyKeys({"position_mm", "quaternion_wxyz", "passivity_control"});
+  scene.device = readPose(device);
+  if (device.has("passivity_control")) scene.passivity_control = device.at("passivity_control").truth();
+}
+
+void readObjects(const JsonElement& objects, SceneFile& scene) {
+  const std::size_t count = objects.size();
+  if (count < 1 || count > kMaxSceneObjects)
+    objects.fail("has " + std::to_string(count) + " objects, not 1 to " + std::to_string(kMaxSceneObjects));
+  for (std::size_t i = 0; i < count; ++i) {
+    const JsonElement object = objects.item(i);
+    object.onlyKeys({"name", "mesh", "tree", "unit", "part", "position_mm", "quaternion_wxyz", "body", "friction", "stiffness_n_per_mm",
+                     "soft", SPHERETREE_TREE_SETTINGS});
+    SceneItem item = readItem(object);
+    if (object.has("soft")) {
+      if (object.has("tree")) object.at("soft").fail("is for a mesh that a tree is built from; a soft tree (.soft) has it in it");
+      item.soft = readSoft(object.at("soft"));
+    }
+    item.pose = readPose(object);
+    readContact(object, scene, item);
+    scene.objects.push_back(std::move(item));
+  }
+}
+
 OrderedJson toJson(const Vector3d& v) { return OrderedJson::array({v.x(), v.y(), v.z()}); }
 
 void addPose(OrderedJson& out, const Configuration& pose) {
@@ -446,41 +483,10 @@ SceneFile parseScene(std::string_view text, const std::string& name) {
     scene.defaults = readSettings(root.at("defaults"));
   }
   readCouplingAndLimits(root, scene);
-
-  const JsonElement tool = root.at("tool");
-  tool.onlyKeys({"name", "mesh", "tree", "unit", "part", "reference_point_mm", "reference_point", "position_mm", "quaternion_wxyz",
-                 "friction", SPHERETREE_TREE_SETTINGS});
-  scene.tool = readItem(tool);
-  scene.tool.pose = readPose(tool);
-  if (tool.has("reference_point")) {
-    if (tool.has("reference_point_mm")) tool.fail("has both \"reference_point\" and \"reference_point_mm\"");
-    scene.tool.reference_point = oneOf(tool.at("reference_point"), kReferencePoints);
-  }
-  if (tool.has("reference_point_mm")) scene.tool.reference_point_mm = vector(tool.at("reference_point_mm"));
-
-  if (root.has("device")) {
-    root.at("device").onlyKeys({"position_mm", "quaternion_wxyz", "passivity_control"});
-    scene.device = readPose(root.at("device"));
-    if (root.at("device").has("passivity_control")) scene.passivity_control = root.at("device").at("passivity_control").truth();
-  }
+  readTool(root.at("tool"), scene);
+  if (root.has("device")) readDevice(root.at("device"), scene);
   readBodies(root, scene);
-  const JsonElement objects = root.at("objects");
-  const std::size_t count = objects.size();
-  if (count < 1 || count > kMaxSceneObjects)
-    objects.fail("has " + std::to_string(count) + " objects, not 1 to " + std::to_string(kMaxSceneObjects));
-  for (std::size_t i = 0; i < count; ++i) {
-    const JsonElement object = objects.item(i);
-    object.onlyKeys({"name", "mesh", "tree", "unit", "part", "position_mm", "quaternion_wxyz", "body", "friction", "stiffness_n_per_mm",
-                     "soft", SPHERETREE_TREE_SETTINGS});
-    SceneItem item = readItem(object);
-    if (object.has("soft")) {
-      if (object.has("tree")) object.at("soft").fail("is for a mesh that a tree is built from; a soft tree (.soft) has it in it");
-      item.soft = readSoft(object.at("soft"));
-    }
-    item.pose = readPose(object);
-    readContact(object, scene, item);
-    scene.objects.push_back(std::move(item));
-  }
+  readObjects(root.at("objects"), scene);
   refuseTwins(root, scene);
   refuseUnknownHolders(root, scene);
 
