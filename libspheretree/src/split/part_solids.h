@@ -7,15 +7,9 @@
 #include <vector>
 
 #include "split/scan_surface.h"
+#include "split/wall_set.h"
 
 namespace spheretree::builder {
-
-/// Triangles within the surface. They are wound outward for the region `above`; the region `below` uses them with the
-/// opposite winding.
-struct InnerWall {
-  std::int32_t above = 0, below = 0;
-  std::vector<Triangle> triangles;
-};
 
 struct PartSolids {
   std::vector<InnerWall> walls;        // their new vertices were added to the surface

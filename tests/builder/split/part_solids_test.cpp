@@ -12,37 +12,13 @@
 #include "mesh/crossing_triangles.h"
 #include "mesh/mesh_edges.h"
 #include "split/close_scan.h"
+#include "support/field_surface.h"
 #include "support/mesh_measures.h"
 
 namespace spheretree::builder {
 namespace {
 
 using Eigen::Vector3d;
-
-/// z = height(x, y) over [-half, half]^2, triangles of side `edge`, without those whose midpoint does not satisfy
-/// `is_there`.
-ScanSurface fieldOf(
-    double half, double edge, const std::function<double(double, double)>& height,
-    const std::function<bool(const Vector3d&)>& is_there = [](const Vector3d&) { return true; }) {
-  ScanSurface s;
-  const auto n = static_cast<std::uint32_t>(std::lround(2 * half / edge));
-  for (std::uint32_t j = 0; j <= n; ++j)
-    for (std::uint32_t i = 0; i <= n; ++i) {
-      const double x = -half + edge * i, y = -half + edge * j;
-      s.mesh.positions.push_back({x, y, height(x, y)});
-    }
-  for (std::uint32_t j = 0; j < n; ++j)
-    for (std::uint32_t i = 0; i < n; ++i) {
-      const std::uint32_t a = j * (n + 1) + i, b = a + 1, c = b + n + 1, d = c - 1;
-      for (const Triangle& t : {Triangle{a, b, c}, Triangle{a, c, d}})
-        if (is_there((s.mesh.positions[t[0]] + s.mesh.positions[t[1]] + s.mesh.positions[t[2]]) / 3)) s.mesh.triangles.push_back(t);
-    }
-  s.vertex_region.assign(s.mesh.positions.size(), kGumRegion);
-  s.region.assign(s.mesh.triangles.size(), kGumRegion);
-  s.is_invented.assign(s.mesh.triangles.size(), 0);
-  s.region_label = {0};
-  return s;
-}
 
 /// Volume between the triangles that satisfy `counts` and the plane z = 0; exact.
 double volumeUnder(const TriangleMesh& mesh, const std::function<bool(std::size_t)>& counts) {
@@ -69,7 +45,7 @@ bool isClosed(const TriangleMesh& mesh) {
 
 TEST(AddBase, MakesASlabOfTheKnownVolumeHoweverItLies) {
   for (const Vector3d& up : {Vector3d(0, 0, 1), Vector3d(1, -2, 0.5).normalized()}) {
-    ScanSurface s = fieldOf(5, 0.5, [](double x, double y) { return 0.2 * std::sin(x) * std::sin(y); });
+    ScanSurface s = test::fieldOf(5, 0.5, [](double x, double y) { return 0.2 * std::sin(x) * std::sin(y); });
     const double over_zero = volumeUnder(s.mesh, [](std::size_t) { return true; });
     const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), up);
     double lowest = 0;
@@ -84,12 +60,8 @@ TEST(AddBase, MakesASlabOfTheKnownVolumeHoweverItLies) {
 
 TEST(FindWalls, TheSolidsFillTheInside) {
   const auto bump = [](double x, double y) { return std::max(0.0, 1 - std::abs(x) / 3) * std::max(0.0, 1 - std::abs(y) / 3) * 2; };
-  ScanSurface s = fieldOf(6, 0.25, bump);
-  s.region_label = {0, 11};
-  for (std::size_t t = 0; t < s.mesh.triangles.size(); ++t) {
-    const Vector3d middle = (s.mesh.corner(t, 0) + s.mesh.corner(t, 1) + s.mesh.corner(t, 2)) / 3;
-    s.region[t] = middle.head<2>().cwiseAbs().maxCoeff() < 3 ? 1 : kGumRegion;  // its rim: a square of 6 mm, flat
-  }
+  ScanSurface s = test::fieldOf(6, 0.25, bump);
+  test::addRegion(s, [](const Vector3d& p) { return p.head<2>().cwiseAbs().maxCoeff() < 3; });  // its rim: a square of 6 mm, flat
   const double tooth_volume = volumeUnder(s.mesh, [&](std::size_t t) { return s.region[t] == 1; });
   addBase(s, Vector3d::UnitZ(), 4);
   const double whole = test::volumeOf(s.mesh);
