@@ -186,13 +186,10 @@ double gapAt(const BallIndex& index, const Vector3d& p, double limit) {
   return std::max(0.0, gap);
 }
 
-}  // namespace
-
-CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> balls, const Vector3d& origin, double resolution,
-                            Progress& progress) {
-  if (balls.empty()) throw std::invalid_argument("certify: no balls");
+// The balls as float32 stores them, relative to `origin`.
+std::vector<Ball> storedBalls(std::span<const Ball> balls, const Vector3d& origin) {
   constexpr double kLargest = std::numeric_limits<float>::max() / 4;
-  std::vector<Ball> stored;  // rounded to float32
+  std::vector<Ball> stored;
   stored.reserve(balls.size());
   for (std::size_t i = 0; i < balls.size(); ++i) {
     const Vector3d c = balls[i].centre - origin;
@@ -202,51 +199,68 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
     const float radius = std::max(static_cast<float>(balls[i].radius), std::numeric_limits<float>::min());
     stored.push_back({centre.cast<double>(), static_cast<double>(radius)});
   }
+  return stored;
+}
+
+// The growths that cover the pieces of some triangles.
+struct ChunkCover {
+  std::vector<Growth> growth;
+  std::size_t pieces = 0;
+};
+
+// Branch and bound for the deepest gap gives the proof as well: a piece is finished when none of its points can have a
+// gap larger than the deepest one found so far, and the growth that this bound requires contains it. A piece that would
+// need growth is first split a little further: most such pieces lie in two balls, neither of which has to grow.
+ChunkCover coverChunk(const TriangleMesh& mesh, std::size_t first, std::size_t last, const BallIndex& index, const Vector3d& origin,
+                      double margin, double resolution) {
+  const double fine = kFine * resolution;
+  Splitter splitter(index, margin);
+  ChunkCover out;
+  double deepest = 0;  // deepest gap found in this chunk
+  for (std::size_t t = first; t < last; ++t)
+    splitter.run(
+        pieceOf(mesh, t, origin), [&] { ++out.pieces; },
+        [&](const Piece& piece, double side, std::span<const std::uint32_t> near) {
+          const bool coarse = side > fine;
+          if (coarse && near.size() != 1) return false;
+          Growth growth = minGrowth(index, piece, near);
+          // If only one ball is near, and no other is nearer to the farthest corner, that ball has to grow this far,
+          // whether the piece is split or not.
+          if (coarse && gapAt(index, farthestCorner(piece, index.balls[growth.slot].centre), growth.more) < growth.more) return false;
+          if (!coarse && growth.more > (1 + kRelative) * deepest + resolution) {
+            deepest = std::max(deepest, gapAt(index, centroidOf(piece), growth.more));
+            if (growth.more > (1 + kRelative) * deepest + resolution) return false;
+          }
+          growth.need += margin;
+          out.growth.push_back(growth);
+          ++out.pieces;
+          return true;
+        });
+  return out;
+}
+
+}  // namespace
+
+CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> balls, const Vector3d& origin, double resolution,
+                            Progress& progress) {
+  if (balls.empty()) throw std::invalid_argument("certify: no balls");
+  const std::vector<Ball> stored = storedBalls(balls, origin);
   const BallIndex index(stored);
   const double margin = roundingMargin(mesh, origin);
   const std::size_t triangles = mesh.triangles.size();
-  const std::size_t chunks = (triangles + kTrianglesAChunk - 1) / kTrianglesAChunk;
-  // Branch and bound for the deepest gap gives the proof as well: a piece is finished when none of its points can have
-  // a gap larger than the deepest one found so far, and the growth that this bound requires contains it. A piece that
-  // would need growth is first split a little further: most such pieces lie in two balls, neither of which has to grow.
-  const double fine = kFine * resolution;
-  struct Part {
-    std::vector<Growth> growth;
-    std::size_t pieces = 0;
-  };
-  std::vector<Part> parts(chunks);
-  tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
+  std::vector<ChunkCover> chunks((triangles + kTrianglesAChunk - 1) / kTrianglesAChunk);
+  tbb::parallel_for(std::size_t{0}, chunks.size(), [&](std::size_t chunk) {
     progress.check();
-    Splitter splitter(index, margin);
-    Part& part = parts[chunk];
-    double deepest = 0;  // deepest gap found in this chunk
-    for (std::size_t t = chunk * kTrianglesAChunk; t < std::min(triangles, (chunk + 1) * kTrianglesAChunk); ++t)
-      splitter.run(
-          pieceOf(mesh, t, origin), [&] { ++part.pieces; },
-          [&](const Piece& piece, double side, std::span<const std::uint32_t> near) {
-            const bool coarse = side > fine;
-            if (coarse && near.size() != 1) return false;
-            Growth growth = minGrowth(index, piece, near);
-            // If only one ball is near, and no other is nearer to the farthest corner, that ball has to grow this far,
-            // whether the piece is split or not.
-            if (coarse && gapAt(index, farthestCorner(piece, index.balls[growth.slot].centre), growth.more) < growth.more) return false;
-            if (!coarse && growth.more > (1 + kRelative) * deepest + resolution) {
-              deepest = std::max(deepest, gapAt(index, centroidOf(piece), growth.more));
-              if (growth.more > (1 + kRelative) * deepest + resolution) return false;
-            }
-            growth.need += margin;
-            part.growth.push_back(growth);
-            ++part.pieces;
-            return true;
-          });
+    const std::size_t first = chunk * kTrianglesAChunk;
+    chunks[chunk] = coverChunk(mesh, first, std::min(triangles, first + kTrianglesAChunk), index, origin, margin, resolution);
   });
 
   CertifiedCover out;
   std::vector<double> radius(stored.size());
   for (std::size_t i = 0; i < stored.size(); ++i) radius[i] = stored[i].radius;
-  for (const Part& part : parts) {
-    out.pieces += part.pieces;
-    for (const Growth& g : part.growth) {
+  for (const ChunkCover& chunk : chunks) {
+    out.pieces += chunk.pieces;
+    for (const Growth& g : chunk.growth) {
       const std::uint32_t i = index.original(g.slot);
       radius[i] = std::max(radius[i], g.need);
     }

@@ -182,41 +182,76 @@ BoxTree::BoxTree(std::span<const Eigen::AlignedBox3d> boxes, int leaf_size) : or
   if (!boxes.empty()) Builder(*this, boxes, static_cast<std::size_t>(std::max(leaf_size, 1))).run();
 }
 
-void BoxTree::addTriangles(std::span<const std::array<Eigen::Vector3d, 3>> triangles) {
-  using Eigen::Vector3d;
-  constexpr float kWide = 8 * kPadding;
-  const auto local = [&](const Vector3d& p) -> Vector3d { return (p - middle_) * to_local_; };
-  // Length at most 1, including rounding. Zero if there is no direction: such a slab or wall excludes nothing.
-  const auto rounded = [](const Vector3d& direction) -> Eigen::Vector3f {
-    return (direction.stableNormalized() * (1 - kPadding)).cast<float>();
-  };
-  struct Extent {
+// Slabs around triangles, and prisms of the triangles of a leaf, in the local frame of a tree.
+class BoxTree::TriangleBounds {
+  using Vector3d = Eigen::Vector3d;
+
+ public:
+  using Triangles = std::span<const std::array<Vector3d, 3>>;
+
+  explicit TriangleBounds(const BoxTree& tree) : tree_(tree) {}
+
+  // Sets slab `k` to the one around `all` that is perpendicular to their mean normal.
+  void putSlab(Slabs& slabs, std::size_t k, Triangles all) const { putSlab(slabs, k, meanNormal(all), all); }
+
+  Prisms prismsOf(Triangles leaf) const {
+    Prisms prisms;
+    for (std::size_t t = 0; t < 4; ++t) {
+      const Triangles one = t < leaf.size() ? leaf.subspan(t, 1) : leaf.first(1);
+      const Eigen::Vector3f normal = meanNormal(one);
+      putSlab(prisms.slab, t, normal, one);
+      for (std::size_t side = 0; side < 3; ++side) {
+        const Eigen::Vector3f wall = rounded((one[0][(side + 1) % 3] - one[0][side]).cross(normal.cast<double>()) * tree_.to_local_);
+        put(prisms.wall[side], t, wall);
+        prisms.high[side][static_cast<Eigen::Index>(t)] = static_cast<float>(heightsOf(one, wall).high) + kWide;
+      }
+    }
+    return prisms;
+  }
+
+ private:
+  static constexpr float kWide = 8 * kPadding;
+  struct Heights {
     double low = std::numeric_limits<double>::infinity(), high = -low;
   };
-  const auto extent = [&](const Eigen::Vector3f& normal, std::span<const std::array<Vector3d, 3>> all) {
-    Extent out;
+
+  // Length at most 1, including rounding. Zero if there is no direction: such a slab or wall excludes nothing.
+  static Eigen::Vector3f rounded(const Vector3d& direction) { return (direction.stableNormalized() * (1 - kPadding)).cast<float>(); }
+
+  // Direction of the sum of their area vectors.
+  Eigen::Vector3f meanNormal(Triangles all) const {
+    Vector3d area = Vector3d::Zero();
+    for (const auto& [a, b, c] : all) area += Vector3d((b - a) * tree_.to_local_).cross((c - a) * tree_.to_local_);
+    return rounded(area);
+  }
+
+  Heights heightsOf(Triangles all, const Eigen::Vector3f& normal) const {
+    Heights out;
     for (const std::array<Vector3d, 3>& triangle : all)
       for (const Vector3d& corner : triangle) {
-        const double height = normal.cast<double>().dot(local(corner));
+        const Vector3d local = (corner - tree_.middle_) * tree_.to_local_;
+        const double height = normal.cast<double>().dot(local);
         out.low = std::min(out.low, height), out.high = std::max(out.high, height);
       }
     return out;
-  };
-  const auto across = [&](std::span<const std::array<Vector3d, 3>> all) {  // sum of their area vectors
-    Vector3d area = Vector3d::Zero();
-    for (const auto& [a, b, c] : all) area += Vector3d((b - a) * to_local_).cross((c - a) * to_local_);
-    return area;
-  };
-  const auto put = [](std::array<Eigen::Array4f, 3>& normals, std::size_t k, const Eigen::Vector3f& normal) {
+  }
+
+  static void put(std::array<Eigen::Array4f, 3>& normals, std::size_t k, const Eigen::Vector3f& normal) {
     for (std::size_t axis = 0; axis < 3; ++axis) normals[axis][static_cast<Eigen::Index>(k)] = normal[static_cast<Eigen::Index>(axis)];
-  };
-  const auto putSlab = [&](Slabs& slabs, std::size_t k, const Eigen::Vector3f& normal, std::span<const std::array<Vector3d, 3>> all) {
-    const Extent heights = all.empty() ? Extent{0, 0} : extent(normal, all);
+  }
+
+  void putSlab(Slabs& slabs, std::size_t k, const Eigen::Vector3f& normal, Triangles all) const {
+    const Heights heights = all.empty() ? Heights{0, 0} : heightsOf(all, normal);
     put(slabs.normal, k, normal);
     slabs.low[static_cast<Eigen::Index>(k)] = static_cast<float>(heights.low) - kWide;
     slabs.high[static_cast<Eigen::Index>(k)] = static_cast<float>(heights.high) + kWide;
-  };
+  }
 
+  const BoxTree& tree_;
+};
+
+void BoxTree::addTriangles(std::span<const std::array<Eigen::Vector3d, 3>> triangles) {
+  const TriangleBounds bounds(*this);
   slabs_.resize(nodes_.size());
   prism_of_.assign(triangles.size(), 0);
   struct Slots {
@@ -232,22 +267,12 @@ void BoxTree::addTriangles(std::span<const std::array<Eigen::Vector3d, 3>> trian
       if (node.count[k] > 0) slots = {child, child + static_cast<std::size_t>(node.count[k])};
       if (node.count[k] < 0) slots = below[child];
       const auto own = triangles.subspan(slots.first, slots.last - slots.first);
-      putSlab(slabs_[i], k, rounded(across(own)), own);
+      bounds.putSlab(slabs_[i], k, own);
       if (node.count[k] != 0) below[i] = {std::min(below[i].first, slots.first), std::max(below[i].last, slots.last)};
       if (node.count[k] <= 0) continue;
       if (own.size() > 4) throw std::invalid_argument("box tree: more than four triangles in a leaf");
       prism_of_[slots.first] = static_cast<std::uint32_t>(prisms_.size());
-      Prisms& prisms = prisms_.emplace_back();
-      for (std::size_t t = 0; t < 4; ++t) {
-        const auto one = t < own.size() ? own.subspan(t, 1) : own.first(1);
-        const Eigen::Vector3f normal = rounded(across(one));
-        putSlab(prisms.slab, t, normal, one);
-        for (std::size_t side = 0; side < 3; ++side) {
-          const Eigen::Vector3f wall = rounded((one[0][(side + 1) % 3] - one[0][side]).cross(normal.cast<double>()) * to_local_);
-          put(prisms.wall[side], t, wall);
-          prisms.high[side][static_cast<Eigen::Index>(t)] = static_cast<float>(extent(wall, one).high) + kWide;
-        }
-      }
+      prisms_.push_back(bounds.prismsOf(own));
     }
   }
 }

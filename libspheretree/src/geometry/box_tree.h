@@ -107,6 +107,7 @@ class BoxTree {
 
  private:
   class Builder;
+  class TriangleBounds;
   static constexpr std::size_t kStack = 256;  // depth is at most 60 (build() balances below that), with three entries a level
   struct Node {
     std::array<Eigen::Array4f, 3> low, high;  // [axis](child), padded by kPadding; an empty child is infinitely far
