@@ -21,12 +21,12 @@ RelativePose relativePose(const ObjectView& object, const double rotation[9], co
   return out;
 }
 
-PairSet findPairs(const Configuration& pose, double margin, PairsOf of, std::uint32_t max_work, StepMemory& memory) noexcept {
+namespace {
+
+/// What the search of the kernel reads and writes, for the tool at `pose`, whose root lies at `root` in the world.
+PairSearch searchFor(const Configuration& pose, const Eigen::Matrix3d& rotation, const Eigen::Vector3d& root, double margin, bool exact,
+                     StepMemory& memory) noexcept {
   const CompiledScene& scene = memory.scene;
-  const bool exact = of == PairsOf::LeavesExactly;
-  const Eigen::Matrix3d rotation = pose.orientation.normalized().toRotationMatrix();
-  const Eigen::Vector3d root = rotation * scene.tool_root + pose.position;
-  bringNear(root, scene.tool_root_radius + margin, memory);
   // Bounds of the rounding errors of world coordinates in the broad phase, and of coordinates relative to the anchors
   // afterwards: offsets of near objects are at most the two reaches plus the margin.
   const double world_slack = kFloatRounding * (scene.tool.reach + scene.objects_reach + memory.farthest_anchor + root.norm());
@@ -47,10 +47,6 @@ PairSet findPairs(const Configuration& pose, double margin, PairsOf of, std::uin
   search.margin = margin;
   search.inner_margin = static_cast<float>(margin + 2 * slack);
   search.sure_margin = exact ? static_cast<float>(margin - slack) : kFarAway;
-  if (memory.turn_count > 0xf0000000u) {  // before old marks could be mistaken for new ones
-    std::fill(memory.turned_when.begin(), memory.turned_when.end(), 0u);
-    memory.turn_count = 0;
-  }
   search.turned_tool = memory.turned_tool.data();
   search.turned_when = memory.turned_when.data();
   search.turn_count = memory.turn_count;
@@ -62,6 +58,21 @@ PairSet findPairs(const Configuration& pose, double margin, PairsOf of, std::uin
   search.near_counts = memory.near_counts.data();
   search.capacity = scene.step_limits.max_pairs;
   search.list_capacity = static_cast<std::uint32_t>(memory.open_tool.size());
+  return search;
+}
+
+}  // namespace
+
+PairSet findPairs(const Configuration& pose, double margin, PairsOf of, std::uint32_t max_work, StepMemory& memory) noexcept {
+  const CompiledScene& scene = memory.scene;
+  const Eigen::Matrix3d rotation = pose.orientation.normalized().toRotationMatrix();
+  const Eigen::Vector3d root = rotation * scene.tool_root + pose.position;
+  bringNear(root, scene.tool_root_radius + margin, memory);
+  if (memory.turn_count > 0xf0000000u) {  // before old marks could be mistaken for new ones
+    std::fill(memory.turned_when.begin(), memory.turned_when.end(), 0u);
+    memory.turn_count = 0;
+  }
+  PairSearch search = searchFor(pose, rotation, root, margin, of == PairsOf::LeavesExactly, memory);
   search.max_work = max_work;
   search.near_count = memory.kernel->findNear(search);
   if (memory.bodies.size() > 1)
