@@ -36,37 +36,75 @@ TriangleMesh gridCube() {
   return mesh;
 }
 
-// F12: meshes with degenerate medial axes. It tests the builder and is the same in both modes.
-Outcome degenerate(ScenarioContext& context, Mode) {
-  Outcome out;
-  const TriangleMesh grid = gridCube();
+// A box one of whose triangles is cut in three, with the new vertex 1e-9 from an edge.
+TriangleMesh boxWithSliver() {
+  TriangleMesh mesh = box({-5, -5, -5}, {5, 5, 5});
+  const Triangle t = mesh.triangles[0];
+  const auto middle = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.push_back((mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) / 3 * 1e-9 +
+                           (mesh.positions[t[0]] + mesh.positions[t[1]]) / 2 * (1 - 1e-9));
+  mesh.triangles[0] = {t[0], t[1], middle};
+  mesh.triangles.push_back({t[1], t[2], middle});
+  mesh.triangles.push_back({t[2], t[0], middle});
+  return mesh;
+}
 
+struct DifficultMesh {
+  TriangleMesh mesh;
+  bool is_good;  // closed, and each triangle wound outward
+};
+std::vector<DifficultMesh> difficultMeshes() {
+  const TriangleMesh grid = gridCube();
   std::vector<Eigen::Vector2d> half_circle;
   for (int i = 0; i <= 16; ++i)
     half_circle.emplace_back(i % 16 ? 5 * std::sin(i * std::numbers::pi / 16) : 0, -5 * std::cos(i * std::numbers::pi / 16));
-  TriangleMesh sliver = box({-5, -5, -5}, {5, 5, 5});  // one triangle is cut in two, 1e-9 from its edge
-  {
-    const Triangle t = sliver.triangles[0];
-    const auto middle = static_cast<std::uint32_t>(sliver.positions.size());
-    sliver.positions.push_back((sliver.positions[t[0]] + sliver.positions[t[1]] + sliver.positions[t[2]]) / 3 * 1e-9 +
-                               (sliver.positions[t[0]] + sliver.positions[t[1]]) / 2 * (1 - 1e-9));
-    sliver.triangles[0] = {t[0], t[1], middle};
-    sliver.triangles.push_back({t[1], t[2], middle});
-    sliver.triangles.push_back({t[2], t[0], middle});
-  }
   TriangleMesh doubled = grid, flipped = grid, open = grid;
   doubled.triangles.push_back(doubled.triangles[3]);
   std::swap(flipped.triangles[5][0], flipped.triangles[5][1]);
   open.triangles.pop_back();
-  int unexplained = 0, uncovered = 0, different = 0;
+  return {{grid, true},
+          {lathe(half_circle, 32), true},
+          {lathe({{0, -5}, {5, -5}, {5, 5}, {0, 5}}, 24), true},
+          {boxWithSliver(), true},
+          {doubled, false},
+          {flipped, false},
+          {open, false}};
+}
+
+std::size_t uncoveredPoints(const SphereTree& tree, std::span<const std::uint32_t> leaves, const std::vector<Eigen::Vector3d>& points) {
+  std::size_t uncovered = 0;
+  for (const Eigen::Vector3d& p : points) {
+    bool covered = false;
+    for (const std::uint32_t leaf : leaves) {
+      const Sphere& s = tree.cover[leaf];
+      covered = covered || (centreOf(s) - p).norm() <= double(s.radius) + 1e-9;
+    }
+    uncovered += !covered;
+  }
+  return uncovered;
+}
+
+// How far leaves reach beyond the stated overhang, along 64 rays from each centre [mm].
+double reachBeyondBound(const SphereTree& tree, std::span<const std::uint32_t> leaves, const builder::DistanceField& field) {
   double beyond = 0;
-  for (const auto& [mesh, is_good] : std::vector<std::pair<TriangleMesh, bool>>{{grid, true},
-                                                                                {lathe(half_circle, 32), true},
-                                                                                {lathe({{0, -5}, {5, -5}, {5, 5}, {0, 5}}, 24), true},
-                                                                                {sliver, true},
-                                                                                {doubled, false},
-                                                                                {flipped, false},
-                                                                                {open, false}}) {
+  for (const std::uint32_t leaf : leaves) {
+    const Sphere& s = tree.cover[leaf];
+    for (int k = 0; k < 64; ++k) {
+      const double z = 1 - (2 * k + 1.0) / 64, r = std::sqrt(1 - z * z), turn = 2.399963229728653 * k;
+      const Eigen::Vector3d p = centreOf(s) + double(s.radius) * Eigen::Vector3d(r * std::cos(turn), r * std::sin(turn), z);
+      beyond = std::max(beyond, field.signedDistance(p) - double(tree.statistics.back().overhang_bound));
+    }
+  }
+  return beyond;
+}
+
+// F12: meshes with degenerate medial axes. It tests the builder and is the same in both modes.
+Outcome degenerate(ScenarioContext& context, Mode) {
+  Outcome out;
+  int unexplained = 0, different = 0;
+  std::size_t uncovered = 0;
+  double beyond = 0;
+  for (const auto& [mesh, is_good] : difficultMeshes()) {
     const builder::MeshReport report = builder::checkMesh(mesh);
     if (!is_good || !report.clean()) {
       unexplained += is_good || report.summary().empty();
@@ -80,25 +118,11 @@ Outcome degenerate(ScenarioContext& context, Mode) {
     unexplained += !findFault(result.tree).empty();
     const builder::DistanceField field(mesh);
     const auto leaves = levelSet(result.tree, result.tree.levelCount() - 1);
-    for (const Eigen::Vector3d& p : surfacePoints(mesh, field.diagonal() / 60)) {
-      bool covered = false;
-      for (const std::uint32_t leaf : leaves) {
-        const Sphere& s = result.tree.cover[leaf];
-        covered = covered || (centreOf(s) - p).norm() <= double(s.radius) + 1e-9;
-      }
-      uncovered += !covered;
-    }
-    for (const std::uint32_t leaf : leaves) {  // along rays from each centre: no point may have more than the stated overhang
-      const Sphere& s = result.tree.cover[leaf];
-      for (int k = 0; k < 64; ++k) {
-        const double z = 1 - (2 * k + 1.0) / 64, r = std::sqrt(1 - z * z), turn = 2.399963229728653 * k;
-        const Eigen::Vector3d p = centreOf(s) + double(s.radius) * Eigen::Vector3d(r * std::cos(turn), r * std::sin(turn), z);
-        beyond = std::max(beyond, field.signedDistance(p) - double(result.tree.statistics.back().overhang_bound));
-      }
-    }
+    uncovered += uncoveredPoints(result.tree, leaves, surfacePoints(mesh, field.diagonal() / 60));
+    beyond = std::max(beyond, reachBeyondBound(result.tree, leaves, field));
   }
   out.add("meshes without a sound tree or a reason", "1", unexplained, 0);
-  out.add("surface points that no leaf covers", "1", uncovered, 0);
+  out.add("surface points that no leaf covers", "1", double(uncovered), 0);
   out.add("reach of a leaf beyond the stated bound", "mm", std::max(0.0, beyond), 1e-6);
   out.add("trees that differ when built again", "1", different, 0);
   out.note = "Of the builder: the same in both modes.";
