@@ -9,6 +9,7 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <optional>
 
 namespace spheretree::tool {
 namespace {
@@ -174,6 +175,152 @@ std::string stepLine(std::vector<const ChartPoint*> front, const Axis& x, const 
   return "<path class=\"cf\" d=\"" + path + "\"/>\n";
 }
 
+/// The points of a scatter chart that can be shown, and where they lie. A dot above the end of the axis lies in the
+/// strip.
+struct ScatterLayout {
+  std::vector<ChartPoint> points;
+  std::vector<bool> on_front;                              // of each point
+  std::map<std::string, std::vector<std::size_t>> series;  // indices of points
+  bool has_limit = false;
+  Axis x, y;
+
+  double placeOf(const ChartPoint& p) const { return p.y > y.to ? kTop + kStrip / 2 - 2 : y.at(p.y); }
+};
+
+double dotRadius(const ChartPoint& p) { return kRadius[static_cast<std::size_t>(std::clamp(p.size, 0, 2))]; }
+
+/// The layout; without points if there is nothing to show.
+ScatterLayout scatterLayout(const ScatterChart& chart) {
+  ScatterLayout out;
+  std::vector<ChartPoint>& points = out.points;
+  for (const ChartPoint& p : chart.points)
+    if (std::isfinite(p.x) && std::isfinite(p.y) && p.x > 0 && p.y > 0) points.push_back(p);
+  if (points.empty()) return out;
+  double min_x = points[0].x, max_x = min_x, min_y = points[0].y, max_y = min_y;
+  for (const ChartPoint& p : points) {
+    min_x = std::min(min_x, p.x), max_x = std::max(max_x, p.x);
+    min_y = std::min(min_y, p.y), max_y = std::max(max_y, p.y);
+  }
+  out.has_limit = chart.limit && std::isfinite(chart.limit->y) && chart.limit->y > 0;
+  if (out.has_limit) min_y = std::min(min_y, chart.limit->y), max_y = std::max(max_y, chart.limit->y);
+  const double end_y = out.has_limit ? max_y : axisEnd(points);
+  out.x = logAxis(min_x, max_x, kLeft, kWidth - kRight);
+  out.y = logAxis(min_y, end_y, kHeight - kBottom, end_y < max_y ? kTop + kStrip : kTop);
+  out.on_front = chart.front ? paretoFront(points) : std::vector<bool>(points.size(), false);
+  for (std::size_t i = 0; i < points.size(); ++i) out.series[points[i].series].push_back(i);
+  return out;
+}
+
+/// The Pareto front, and a line through the points of each series.
+std::string scatterLines(const ScatterLayout& layout) {
+  std::string out;
+  std::vector<const ChartPoint*> front;
+  for (std::size_t i = 0; i < layout.points.size(); ++i)
+    if (layout.on_front[i]) front.push_back(&layout.points[i]);
+  if (!front.empty()) out += stepLine(front, layout.x, layout.y);
+  for (const auto& [name, members] : layout.series) {
+    if (name.empty() || members.size() < 2) continue;
+    std::string path;
+    for (const std::size_t i : members)
+      path += (path.empty() ? "M" : "L") + px(layout.x.at(layout.points[i].x)) + " " + px(layout.placeOf(layout.points[i]));
+    out += "<path class=\"cj\" d=\"" + path + "\"/>\n";
+  }
+  return out;
+}
+
+std::string dotSvg(const ScatterLayout& layout, std::size_t i) {
+  const ChartPoint& p = layout.points[i];
+  const double radius = dotRadius(p), cx = layout.x.at(p.x), cy = layout.placeOf(p);
+  const std::string css = layout.on_front[i] ? "co" : "cp";
+  if (p.y > layout.y.to)  // an arrow instead of the dot
+    return "<path class=\"" + css + "\" d=\"M" + px(cx) + " " + px(cy - 6) + "l5 9h-10z\"><title>" + escaped(p.title) + "</title></path>\n";
+  std::string out;
+  const std::string dot = " cx=\"" + px(cx) + "\" cy=\"" + px(cy) + "\" r=\"";
+  if (p.chosen) out += "<circle class=\"cq\"" + dot + px(radius + 4) + "\"/>\n";
+  return out + "<circle class=\"" + css + "\"" + dot + px(radius) + "\"><title>" + escaped(p.title) + "</title></circle>\n";
+}
+
+/// The names of the series, each beside its last point, where it hides neither dots nor the name of the limit.
+std::string seriesNames(const ScatterLayout& layout, const ScatterChart& chart) {
+  std::vector<Box> taken;
+  for (const ChartPoint& p : layout.points) {
+    const double reach = dotRadius(p) + 1, cx = layout.x.at(p.x), cy = layout.placeOf(p);
+    taken.push_back({cx - reach, cy - reach, cx + reach, cy + reach});
+  }
+  if (layout.has_limit) {
+    const double at = layout.y.at(chart.limit->y), wide = kLetter * static_cast<double>(chart.limit->label.size());
+    taken.push_back({layout.x.place1 - wide, at - 16, layout.x.place1, at + 2});
+  }
+  Labels labels({layout.x.place0, kTop, kWidth - 4, layout.y.place0}, std::move(taken));
+  std::string out;
+  for (const auto& [name, members] : layout.series) {
+    if (name.empty()) continue;
+    const ChartPoint& last = layout.points[members.back()];
+    const bool strong = std::any_of(members.begin(), members.end(), [&](std::size_t i) { return layout.on_front[i]; });
+    const std::string label = last.y > layout.y.to ? name + " at " + shortNumber(last.y) : name;
+    out += labels.place(layout.x.at(last.x), layout.placeOf(last), dotRadius(last), label, strong);
+  }
+  return out;
+}
+
+struct TraceAxes {
+  Axis x, y;
+};
+
+/// Axes that fit the curves and the limit; none if there is nothing to show.
+std::optional<TraceAxes> traceAxes(const TraceChart& chart) {
+  double smallest = std::numeric_limits<double>::infinity(), largest = -smallest;
+  for (const Trace& trace : chart.traces)
+    for (const float value : trace.y)
+      if (std::isfinite(value) && (!chart.log_y || value > 0))
+        smallest = std::min<double>(smallest, value), largest = std::max<double>(largest, value);
+  if (chart.x.empty() || !(largest >= smallest)) return std::nullopt;
+  if (chart.limit) smallest = std::min(smallest, chart.limit->y), largest = std::max(largest, chart.limit->y);
+  if (chart.log_y) smallest = std::max(smallest, largest * 1e-6);
+  const double clear = chart.log_y ? 0 : 0.05 * (largest - smallest);  // between the curves and the frame
+  if (smallest != 0) smallest -= clear;
+  largest += clear;
+  const double bottom = kTraceHeight - kBottom;
+  return TraceAxes{linearAxis(chart.x.front(), chart.x.back(), kLeft, kTraceWidth - kTraceRight, 10),
+                   chart.log_y ? logAxis(smallest, largest, bottom, kTop)
+                               : linearAxis(smallest > 0 && smallest < 0.5 * largest ? 0 : smallest, largest, bottom, kTop, 5)};
+}
+
+struct TracePath {
+  std::string path;
+  double last;  // height of the last value [px]
+};
+
+/// The curve, with one vertical line from the smallest to the largest value for each column of pixels.
+TracePath tracePath(const Trace& trace, const TraceChart& chart, const TraceAxes& axes) {
+  const double right = axes.x.place1, bottom = axes.y.place0;
+  const auto columns = static_cast<std::size_t>(right - kLeft) + 1;
+  std::vector<float> low(columns, std::numeric_limits<float>::infinity()), high(columns, -std::numeric_limits<float>::infinity());
+  TracePath out{{}, bottom};
+  for (std::size_t i = 0; i < trace.y.size() && i < chart.x.size(); ++i) {
+    if (!std::isfinite(trace.y[i]) || (chart.log_y && !(trace.y[i] > 0))) continue;
+    const auto column = static_cast<std::size_t>(std::clamp(axes.x.at(chart.x[i]) - kLeft, 0.0, right - kLeft));
+    low[column] = std::min(low[column], trace.y[i]), high[column] = std::max(high[column], trace.y[i]);
+    out.last = axes.y.at(trace.y[i]);
+  }
+  bool pen_down = false;
+  const bool sparse = trace.y.size() < columns;  // then columns without a value are not gaps
+  for (std::size_t c = 0; c < columns; ++c) {
+    if (!(high[c] >= low[c])) {
+      pen_down = pen_down && sparse;
+      continue;
+    }
+    const double at = kLeft + static_cast<double>(c);
+    const auto limited = [&](float value) {
+      return std::clamp(axes.y.at(std::max<double>(value, chart.log_y ? axes.y.from : value)), kTop, bottom);
+    };
+    out.path += (pen_down ? "L" : "M") + px(at) + " " + px(limited(high[c]));
+    if (limited(low[c]) - limited(high[c]) > 0.3) out.path += "V" + px(limited(low[c]));
+    pen_down = true;
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string_view chartStyle() {
@@ -240,125 +387,37 @@ std::vector<bool> paretoFront(std::span<const ChartPoint> points) {
 }
 
 std::string scatterSvg(const ScatterChart& chart) {
-  std::vector<ChartPoint> points;
-  for (const ChartPoint& p : chart.points)
-    if (std::isfinite(p.x) && std::isfinite(p.y) && p.x > 0 && p.y > 0) points.push_back(p);
-  if (points.empty()) return wrapped(kWidth, kHeight, chart.title, text("ct", kLeft, 18, "start", chart.title + ": nothing to show"));
-  double min_x = points[0].x, max_x = min_x, min_y = points[0].y, max_y = min_y;
-  for (const ChartPoint& p : points) {
-    min_x = std::min(min_x, p.x), max_x = std::max(max_x, p.x);
-    min_y = std::min(min_y, p.y), max_y = std::max(max_y, p.y);
-  }
-  const bool has_limit = chart.limit && std::isfinite(chart.limit->y) && chart.limit->y > 0;
-  if (has_limit) min_y = std::min(min_y, chart.limit->y), max_y = std::max(max_y, chart.limit->y);
-  const double end_y = has_limit ? max_y : axisEnd(points);
-  const Axis x = logAxis(min_x, max_x, kLeft, kWidth - kRight);
-  const Axis y = logAxis(min_y, end_y, kHeight - kBottom, end_y < max_y ? kTop + kStrip : kTop);
-  const auto placeOf = [&](const ChartPoint& p) { return p.y > y.to ? kTop + kStrip / 2 - 2 : y.at(p.y); };
-
+  const ScatterLayout layout = scatterLayout(chart);
+  if (layout.points.empty())
+    return wrapped(kWidth, kHeight, chart.title, text("ct", kLeft, 18, "start", chart.title + ": nothing to show"));
+  const Axis &x = layout.x, &y = layout.y;
   std::string out = frame(chart.title, chart.x_label, chart.y_label, x, y);
-  if (has_limit) {
+  if (layout.has_limit) {
     out += line("cx", x.place0, y.at(chart.limit->y), x.place1, y.at(chart.limit->y));
     out += text("ck cy", x.place1, y.at(chart.limit->y) - 5, "end", chart.limit->label);
   }
-  const std::vector<bool> on_front = chart.front ? paretoFront(points) : std::vector<bool>(points.size(), false);
-  std::vector<const ChartPoint*> front;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    if (on_front[i]) front.push_back(&points[i]);
-  if (!front.empty()) out += stepLine(front, x, y);
-
-  std::map<std::string, std::vector<std::size_t>> series;
-  for (std::size_t i = 0; i < points.size(); ++i) series[points[i].series].push_back(i);
-  for (const auto& [name, members] : series) {
-    if (name.empty() || members.size() < 2) continue;
-    std::string path;
-    for (const std::size_t i : members) path += (path.empty() ? "M" : "L") + px(x.at(points[i].x)) + " " + px(placeOf(points[i]));
-    out += "<path class=\"cj\" d=\"" + path + "\"/>\n";
-  }
-  std::vector<Box> taken;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const ChartPoint& p = points[i];
-    const double radius = kRadius[static_cast<std::size_t>(std::clamp(p.size, 0, 2))], cx = x.at(p.x), cy = placeOf(p);
-    taken.push_back({cx - radius - 1, cy - radius - 1, cx + radius + 1, cy + radius + 1});
-    const std::string css = on_front[i] ? "co" : "cp";
-    if (p.y > y.to) {  // an arrow instead of the dot
-      out +=
-          "<path class=\"" + css + "\" d=\"M" + px(cx) + " " + px(cy - 6) + "l5 9h-10z\"><title>" + escaped(p.title) + "</title></path>\n";
-      continue;
-    }
-    const std::string dot = " cx=\"" + px(cx) + "\" cy=\"" + px(cy) + "\" r=\"";
-    if (p.chosen) out += "<circle class=\"cq\"" + dot + px(radius + 4) + "\"/>\n";
-    out += "<circle class=\"" + css + "\"" + dot + px(radius) + "\"><title>" + escaped(p.title) + "</title></circle>\n";
-  }
-  if (has_limit) {
-    const double at = y.at(chart.limit->y), wide = kLetter * static_cast<double>(chart.limit->label.size());
-    taken.push_back({x.place1 - wide, at - 16, x.place1, at + 2});
-  }
-  Labels labels({x.place0, kTop, kWidth - 4, y.place0}, std::move(taken));
-  for (const auto& [name, members] : series) {
-    if (name.empty()) continue;
-    const ChartPoint& last = points[members.back()];
-    const bool strong = std::any_of(members.begin(), members.end(), [&](std::size_t i) { return on_front[i]; });
-    const std::string label = last.y > y.to ? name + " at " + shortNumber(last.y) : name;
-    out += labels.place(x.at(last.x), placeOf(last), kRadius[static_cast<std::size_t>(std::clamp(last.size, 0, 2))], label, strong);
-  }
-  return wrapped(kWidth, kHeight, chart.title, out);
+  out += scatterLines(layout);
+  for (std::size_t i = 0; i < layout.points.size(); ++i) out += dotSvg(layout, i);
+  return wrapped(kWidth, kHeight, chart.title, out + seriesNames(layout, chart));
 }
 
 std::string traceSvg(const TraceChart& chart) {
-  double smallest = std::numeric_limits<double>::infinity(), largest = -smallest;
-  for (const Trace& trace : chart.traces)
-    for (const float value : trace.y)
-      if (std::isfinite(value) && (!chart.log_y || value > 0))
-        smallest = std::min<double>(smallest, value), largest = std::max<double>(largest, value);
-  if (chart.x.empty() || !(largest >= smallest))
-    return wrapped(kTraceWidth, 40, chart.title, text("ct", kLeft, 18, "start", chart.title + ": nothing to show"));
-  if (chart.limit) smallest = std::min(smallest, chart.limit->y), largest = std::max(largest, chart.limit->y);
-  if (chart.log_y) smallest = std::max(smallest, largest * 1e-6);
-  const double clear = chart.log_y ? 0 : 0.05 * (largest - smallest);  // between the curves and the frame
-  if (smallest != 0) smallest -= clear;
-  largest += clear;
-  const double right = kTraceWidth - kTraceRight, bottom = kTraceHeight - kBottom;
-  const Axis y = chart.log_y ? logAxis(smallest, largest, bottom, kTop)
-                             : linearAxis(smallest > 0 && smallest < 0.5 * largest ? 0 : smallest, largest, bottom, kTop, 5);
-  const Axis x = linearAxis(chart.x.front(), chart.x.back(), kLeft, right, 10);
+  const std::optional<TraceAxes> axes = traceAxes(chart);
+  if (!axes) return wrapped(kTraceWidth, 40, chart.title, text("ct", kLeft, 18, "start", chart.title + ": nothing to show"));
+  const Axis &x = axes->x, &y = axes->y;
+  const double right = x.place1, bottom = y.place0;
 
   std::string out = frame(chart.title, chart.x_label, chart.y_label, x, y);
   std::vector<double> name_at;
   for (std::size_t t = 0; t < chart.traces.size(); ++t) {
-    const Trace& trace = chart.traces[t];
-    const auto columns = static_cast<std::size_t>(right - kLeft) + 1;
-    std::vector<float> low(columns, std::numeric_limits<float>::infinity()), high(columns, -std::numeric_limits<float>::infinity());
-    double last = bottom;
-    for (std::size_t i = 0; i < trace.y.size() && i < chart.x.size(); ++i) {
-      if (!std::isfinite(trace.y[i]) || (chart.log_y && !(trace.y[i] > 0))) continue;
-      const auto column = static_cast<std::size_t>(std::clamp(x.at(chart.x[i]) - kLeft, 0.0, right - kLeft));
-      low[column] = std::min(low[column], trace.y[i]), high[column] = std::max(high[column], trace.y[i]);
-      last = y.at(trace.y[i]);
-    }
-    std::string path;
-    bool pen_down = false;
-    const bool sparse = trace.y.size() < columns;  // then columns without a value are not gaps
-    for (std::size_t c = 0; c < columns; ++c) {
-      if (!(high[c] >= low[c])) {
-        pen_down = pen_down && sparse;
-        continue;
-      }
-      const double at = kLeft + static_cast<double>(c);
-      const auto limited = [&](float value) {
-        return std::clamp(y.at(std::max<double>(value, chart.log_y ? y.from : value)), kTop, bottom);
-      };
-      path += (pen_down ? "L" : "M") + px(at) + " " + px(limited(high[c]));
-      if (limited(low[c]) - limited(high[c]) > 0.3) path += "V" + px(limited(low[c]));
-      pen_down = true;
-    }
+    auto [path, last] = tracePath(chart.traces[t], chart, *axes);
     const std::string index = std::to_string(t % 4);
     out += "<path class=\"t" + index + "\" d=\"" + path + "\"/>\n";
     for (int round = 0; round < 8; ++round)
       for (const double other : name_at)
         if (std::abs(last - other) < 13) last = other + (last < other || other + 13 > bottom ? -13 : 13);
     name_at.push_back(last);
-    out += text(("n" + index).c_str(), right + 6, std::clamp(last, kTop, bottom) + 4, "start", trace.name);
+    out += text(("n" + index).c_str(), right + 6, std::clamp(last, kTop, bottom) + 4, "start", chart.traces[t].name);
   }
   if (chart.limit && y.from <= chart.limit->y && chart.limit->y <= y.to) {
     out += line("cx", x.place0, y.at(chart.limit->y), x.place1, y.at(chart.limit->y));
