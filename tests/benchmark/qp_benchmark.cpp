@@ -154,6 +154,80 @@ Times measure(const std::vector<Cycle>& cycles, double clock_cost, Solve&& solve
   return times;
 }
 
+/// The answers of consecutive cycles. Each cycle starts from the rows that were active in the one before.
+struct Answers {
+  std::vector<QpAnswer> start, solved;
+  double active = 0;  // rows, sum over the cycles
+  int infeasible = 0;
+};
+Answers solveInTurn(const KernelTable& kernel, const std::vector<Cycle>& cycles) {
+  Answers out;
+  out.start.resize(cycles.size());
+  out.solved.resize(cycles.size());
+  for (std::size_t n = 0; n < cycles.size(); ++n) {
+    QpAnswer& start = out.start[n];
+    if (n > 0)
+      for (std::size_t k = 0; k < out.solved[n - 1].active_count; ++k) {
+        const auto& names = cycles[n].name;
+        const auto found = std::find(names.begin(), names.end(), cycles[n - 1].name[out.solved[n - 1].active[k]]);
+        if (found != names.end()) start.active[start.active_count++] = static_cast<std::uint32_t>(found - names.begin());
+      }
+    out.solved[n] = start;
+    solveQp6(kernel, cycles[n].rows(), cycles[n].target, out.solved[n]);
+    out.active += out.solved[n].active_count;
+    out.infeasible += out.solved[n].status == QpStatus::Infeasible;
+  }
+  return out;
+}
+
+/// Times of our own QP, from the answers in `start`; from no active rows if `start` is null.
+Times ownTimes(const KernelTable& kernel, const std::vector<Cycle>& cycles, const std::vector<QpAnswer>* start, double clock_cost) {
+  std::size_t largest = 0;
+  for (const Cycle& c : cycles) largest = std::max(largest, c.memory.size());
+  std::vector<float> used(largest);
+  return measure(cycles, clock_cost, [&](std::size_t n) {
+    QpAnswer answer = start ? (*start)[n] : QpAnswer{};
+    std::copy(cycles[n].memory.begin(), cycles[n].memory.end(), used.begin());  // in a servo step rows come fresh from the cache
+    const QpRows rows = cycles[n].rowsIn(used);
+    const auto a = Clock::now();
+    solveQp6(kernel, rows, cycles[n].target, answer);
+    return nanos(a, Clock::now());
+  });
+}
+
+struct PeerTimes {
+  Times times;
+  double apart = 0;  // largest distance between its answers and ours, relative to ours where that is above 1 [mm]
+};
+PeerTimes peerTimes(test::QuadprogPeer& peer, const std::vector<Cycle>& cycles, const std::vector<QpAnswer>& ours, std::size_t wanted,
+                    double clock_cost) {
+  PeerTimes out;
+  peer.reserve(wanted);
+  std::vector<double> a(6 * wanted), b(wanted);
+  out.times = measure(cycles, clock_cost, [&](std::size_t n) {
+    const QpRows rows = cycles[n].rows();
+    for (std::uint32_t i = 0; i < rows.count; ++i) {
+      for (std::size_t k = 0; k < 6; ++k) a[6 * i + k] = static_cast<double>(rows.a[k][i]);
+      b[i] = static_cast<double>(rows.b[i]);
+    }
+    double y[6];
+    const auto from = Clock::now();
+    const bool solved = peer.solve(a.data(), b.data(), static_cast<int>(rows.count), cycles[n].target.data(), y);
+    const double spent = nanos(from, Clock::now());
+    if (solved && ours[n].status == QpStatus::Optimal)
+      out.apart = std::max(out.apart, (Eigen::Map<const Eigen::Matrix<double, 6, 1>>(y) - ours[n].y).norm() /
+                                          std::max(1.0, ours[n].y.cwiseAbs().maxCoeff()));
+    return spent;
+  });
+  return out;
+}
+
+std::string medianToMax(const Times& t) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.2f / %.2f / %.1f", t.at(0.5), t.at(0.99), t.at(1));
+  return text;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -167,69 +241,20 @@ int main(int argc, char** argv) {
   for (const char* family : {"slide", "slot", "slot-raw", "redundant"})
     for (const std::size_t wanted : {20u, 150u, 500u, 2000u}) {
       const std::vector<Cycle> cycles = cyclesOf(family, wanted, count);
-      // First the answers: each is the warm start of the next cycle.
-      std::vector<QpAnswer> start(cycles.size()), answers(cycles.size());
-      double active = 0;
-      int infeasible = 0;
-      for (std::size_t n = 0; n < cycles.size(); ++n) {
-        if (n > 0)
-          for (std::size_t k = 0; k < answers[n - 1].active_count; ++k) {
-            const auto& names = cycles[n].name;
-            const auto found = std::find(names.begin(), names.end(), cycles[n - 1].name[answers[n - 1].active[k]]);
-            if (found != names.end()) start[n].active[start[n].active_count++] = static_cast<std::uint32_t>(found - names.begin());
-          }
-        answers[n] = start[n];
-        solveQp6(kernel, cycles[n].rows(), cycles[n].target, answers[n]);
-        active += answers[n].active_count;
-        infeasible += answers[n].status == QpStatus::Infeasible;
-      }
-      std::size_t largest = 0;
-      for (const Cycle& c : cycles) largest = std::max(largest, c.memory.size());
-      std::vector<float> used(largest);
-      const auto own = [&](bool warm) {
-        return measure(cycles, clock_cost, [&](std::size_t n) {
-          QpAnswer answer = warm ? start[n] : QpAnswer{};
-          std::copy(cycles[n].memory.begin(), cycles[n].memory.end(), used.begin());  // in a servo step rows come fresh from the cache
-          const QpRows rows = cycles[n].rowsIn(used);
-          const auto a = Clock::now();
-          solveQp6(kernel, rows, cycles[n].target, answer);
-          return nanos(a, Clock::now());
-        });
-      };
-      const Times warm = own(true), cold = own(false);
+      const Answers answers = solveInTurn(kernel, cycles);
+      const Times warm = ownTimes(kernel, cycles, &answers.start, clock_cost), cold = ownTimes(kernel, cycles, nullptr, clock_cost);
       double apart = 0;
       std::string theirs = "-", ratio = "-";
       if (peer.isThere()) {
-        peer.reserve(wanted);
-        std::vector<double> a(6 * wanted), b(wanted);
-        const Times times = measure(cycles, clock_cost, [&](std::size_t n) {
-          const QpRows rows = cycles[n].rows();
-          for (std::uint32_t i = 0; i < rows.count; ++i) {
-            for (std::size_t k = 0; k < 6; ++k) a[6 * i + k] = static_cast<double>(rows.a[k][i]);
-            b[i] = static_cast<double>(rows.b[i]);
-          }
-          double y[6];
-          const auto from = Clock::now();
-          const bool solved = peer.solve(a.data(), b.data(), static_cast<int>(rows.count), cycles[n].target.data(), y);
-          const double spent = nanos(from, Clock::now());
-          if (solved && answers[n].status == QpStatus::Optimal)
-            apart = std::max(apart, (Eigen::Map<const Eigen::Matrix<double, 6, 1>>(y) - answers[n].y).norm() /
-                                        std::max(1.0, answers[n].y.cwiseAbs().maxCoeff()));
-          return spent;
-        });
+        const PeerTimes found = peerTimes(peer, cycles, answers.solved, wanted, clock_cost);
+        apart = found.apart;
+        theirs = medianToMax(found.times);
         char text[64];
-        std::snprintf(text, sizeof text, "%.2f / %.2f / %.1f", times.at(0.5), times.at(0.99), times.at(1));
-        theirs = text;
-        std::snprintf(text, sizeof text, "%.1f", times.at(0.5) / warm.at(0.5));
+        std::snprintf(text, sizeof text, "%.1f", found.times.at(0.5) / warm.at(0.5));
         ratio = text;
       }
-      const auto three = [](const Times& t) {
-        char text[64];
-        std::snprintf(text, sizeof text, "%.2f / %.2f / %.1f", t.at(0.5), t.at(0.99), t.at(1));
-        return std::string(text);
-      };
-      std::printf("%-10s %5zu %6.1f %6d | %-24s %-24s %-24s %6s %.1e\n", family, cycles[0].name.size(), active / count, infeasible,
-                  three(warm).c_str(), three(cold).c_str(), theirs.c_str(), ratio.c_str(), apart);
+      std::printf("%-10s %5zu %6.1f %6d | %-24s %-24s %-24s %6s %.1e\n", family, cycles[0].name.size(), answers.active / count,
+                  answers.infeasible, medianToMax(warm).c_str(), medianToMax(cold).c_str(), theirs.c_str(), ratio.c_str(), apart);
     }
   return 0;
 }
