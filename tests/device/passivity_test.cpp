@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <vector>
 
@@ -159,6 +160,23 @@ TEST(PassivityControl, QuietensAWallThatIsTooStiffForItsDelay) {
   EXPECT_GT(loud.swing, 10);
   EXPECT_LT(loud.lowest_energy, -100);
   EXPECT_FALSE(loud.events & kPassivityControl);
+}
+
+// The table of docs/device.md: a controlled wall swings less and gives less energy, whatever hand taps it.
+TEST(PassivityControl, TakesSwingAndEnergyFromEveryWallOfTheTable) {
+  struct Row {
+    double stiffness;  // [N/mm]
+    int delay;         // [steps]
+    const char* hand;
+  };
+  for (const Row& row : {Row{1, 2, "light"}, Row{2, 1, "light"}, Row{2, 1, "fine"}, Row{2, 1, "arm"}, Row{2, 1, "teleoperator"},
+                         Row{4, 1, "light"}, Row{4, 2, "light"}}) {
+    const Ring off = tap(row.hand, row.delay, row.stiffness, false), on = tap(row.hand, row.delay, row.stiffness, true);
+    std::printf("wall of %g N/mm, %d late, %-12s off: %6.2f N %10.3f mJ, on: %6.2f N %10.3f mJ\n", row.stiffness, row.delay, row.hand,
+                off.swing, off.lowest_energy, on.swing, on.lowest_energy);
+    EXPECT_LT(on.swing, off.swing) << row.hand;
+    EXPECT_GE(on.lowest_energy, off.lowest_energy) << row.hand;
+  }
 }
 
 TEST(PassivityControl, SettingsOutOfRangeAreRefused) {
