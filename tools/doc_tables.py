@@ -38,7 +38,7 @@ class Programs:
 
     def run(self, name, *arguments, codes=(0,)):
         places = {"spheretree": "tools/spheretree", "haptic-player": "tools/haptic_player", "load_benchmark": "tests",
-                  "make_samples": "samples/make_samples", "make_scans": "samples/make_scans"}
+                  "qp_benchmark": "tests", "step_benchmark": "tests", "make_samples": "samples/make_samples", "make_scans": "samples/make_scans"}
         done = subprocess.run([str(self.build / places[name] / name), *map(str, arguments)], cwd=self.folder, capture_output=True, text=True)
         if done.returncode not in codes:
             sys.exit(f"doc_tables: {name} {' '.join(map(str, arguments))}: exit code {done.returncode}\n{done.stderr}")
@@ -61,6 +61,12 @@ def processor_time():
     """Of the programs that have run so far [s]."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
+
+
+def short(value):
+    """Two significant digits, without an exponent above 1."""
+    rounded = float(f"{value:.2g}")
+    return f"{rounded:,.0f}" if abs(rounded) >= 10 else f"{rounded:g}"
 
 
 def molar_build(programs):
@@ -267,9 +273,89 @@ def soft_mouth(programs):
     return ["| | `--tissue large` | `--tissue small` |", "|---|---|---|", *(f"| {name} | {large} | {small} |" for name, large, small in zip(names, *columns))]
 
 
+def simplified_molar(programs):
+    """The molar with a million triangles, built on a simplified mesh and on all of them."""
+    programs.samples()
+    fine_molar(programs.folder, "fine", 4)
+    lines = ["| | processor time | memory | triangles | distance [mm] | overhang of the leaves [mm] |", "|---|---|---|---|---|---|"]
+    for title, option in (("simplified", []), ("every triangle", ["--no-simplify"])):
+        command = [programs.build / "tools/spheretree/spheretree", "build", "fine.obj", "-o", "fine.stree", "--report", "fine.json", "-q", *option]
+        child = subprocess.Popen(command, cwd=programs.folder, stdout=subprocess.DEVNULL)
+        _, status, used = os.wait4(child.pid, 0)
+        if status:
+            sys.exit(f"doc_tables: {' '.join(map(str, command))} failed")
+        report = json.loads((programs.folder / "fine.json").read_text())
+        mesh = report["simplification"] or {"triangles": report["mesh"]["triangles"], "distance_bound_mm": 0}
+        lines.append(f"| {title} | {used.ru_utime + used.ru_stime:.0f} s | {used.ru_maxrss / 1e6:.2f} GB | {mesh['triangles']:,} | "
+                     f"{mesh['distance_bound_mm']:.2g} | {report['levels'][-1]['overhang_bound_mm']:.3f} |")
+    return lines
+
+
+def step_times(programs):
+    """Times of steps in the mouth of the benchmark, paced at 1 kHz [us]."""
+    text = programs.run("step_benchmark")
+    found = {(case, pairs): [float(word) for word in times.split()]
+             for case, pairs, times in re.findall(r"^(\w+) (\d+) paced [^|]*\|([^|]*)\|", text, re.MULTILINE)}
+    lines = ["| pairs at the haptic pose | paper: median / p99 | constrained, on leaves: median / p99 / max |", "|---|---|---|"]
+    for pairs in ("150", "2000", "5000"):
+        paper, leaves = found["paper", pairs], found["leaves", pairs]
+        lines.append(f"| {pairs} | {' / '.join(map(short, paper[:2]))} | {' / '.join(short(leaves[column]) for column in (0, 1, 3))} |")
+    return lines
+
+
+def qp_times(programs):
+    """Times of the QP alone, median / p99 [us]."""
+    text = programs.run("qp_benchmark")
+    cell = r"([\d.]+ / [\d.]+) / [\d.]+"
+    found = {(family, rows): times for family, rows, *times in
+             re.findall(rf"^(slide|slot) +(\d+) [^|]*\| {cell} +{cell} +(?:{cell}|-)", text, re.MULTILINE)}
+    lines = ["| rows | slide, warm | slide, cold | slot, warm | slot, cold | quadprog, slide | quadprog, slot |", "|---|---|---|---|---|---|---|"]
+    for rows in ("150", "500", "2000"):
+        slide, slot = found["slide", rows], found["slot", rows]
+        times = [" / ".join(short(float(value)) for value in pair.split(" / ")) if pair else "" for pair in (*slide[:2], *slot[:2], slide[2], slot[2])]
+        lines.append(f"| {rows} | {' | '.join(times)} |")
+    return lines
+
+
+def renderer_means(programs):
+    """Geometric means over the bodies of the 99th percentiles of all renderers, from the page that compares them."""
+    modes = ["paper", "constrained", "points", "volume", "continuous"]
+    programs.run("haptic-player", "--scenario", "F7", "--modes", ",".join(modes), "--share", "0.01", "--quality", "quick", "--cache", "player_trees",
+                 "--chart", "renderers.html", codes=(0, 5))
+    means = {}
+    for row in re.findall(r"<tr><th scope=\"row\">(.*)</tr>", (programs.folder / "renderers.html").read_text(encoding="utf-8")):
+        title, *cells = re.findall(r"([^<>]+)</t[hd]>", row)
+        if len(cells) == 11 and "leaves" not in title:
+            means.setdefault((title.split()[0], int(cells[1])), []).append([max(float(cells[column]), 1e-5) for column in (4, 6, 9)])
+    sizes = (64, 512, 4096)
+    lines = [f"| memory of our trees of | {sizes[0]} leaves | " + " | ".join(f"{size:,}" for size in sizes[1:]) + " |", "|---|---|---|---|"]
+    for mode in modes:
+        figures = [[short(statistics.geometric_mean(column)) for column in zip(*means[mode, size])] for size in sizes]
+        lines.append(f"| `{mode}` | " + " | ".join(f"{time} us, {force} N, {depth} mm" for time, force, depth in figures) + " |")
+    return lines
+
+
+def molar_leaves(programs):
+    """Leaves of a molar against overhang and the time of a step, on leaves and on the skin."""
+    figures = []
+    for contact in ("leaves", "skin"):
+        programs.run("haptic-player", "--scenario", "F22", "--modes", "constrained", "--quality", "quick", "--cache", "player_trees", "--contact", contact,
+                     "--turned", "0", "--threads", "1", "--out", f"stability_{contact}", codes=(0, 5))
+        scenario = json.loads((programs.folder / f"stability_{contact}/stability.json").read_text())["scenarios"][0]
+        figures.append({figure["quantity"]: figure["results"]["constrained"] for figure in scenario["figures"]})
+    leaves = figures[0]
+    lines = ["| leaves | overhang [mm] | by leaves: pairs, median | by leaves: step, median / p99 [us] | on the skin: step, median / p99 [us] |", "|---|---|---|---|---|"]
+    for count in (8, 64, 512, 4096):
+        of = f" on a molar of {count} leaves"
+        times = [" / ".join(short(found[f"processor time of a step, {part},{of}"]) for part in ("median", "p99")) for found in figures]
+        lines.append(f"| {count} | {leaves['overhang' + of]:.2g} | {leaves['pairs, median,' + of]:.0f} | {' | '.join(times)} |")
+    return lines
+
+
 SLOW = {"readme_times": readme_times, "split_scans": split_scans, "split_margin": split_margin, "mouth_leaves": mouth_leaves, "mouth_budget": mouth_budget,
         "mouth_real_time": mouth_real_time, "mouth_load": mouth_load, "soft_mouth": soft_mouth, "tissue_overhang": tissue_overhang,
-        "tissue_figures": tissue_figures}
+        "tissue_figures": tissue_figures, "simplified_molar": simplified_molar,
+        "step_times": step_times, "qp_times": qp_times, "renderer_means": renderer_means, "molar_leaves": molar_leaves}
 TABLES = {"molar_build": molar_build, "mouth_parts": mouth_parts, **SLOW}
 
 
