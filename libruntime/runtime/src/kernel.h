@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The inner loops, compiled once for each instruction set from one source (kernel_lanes.h). All give the same bits: the
-// same IEEE operations in the same order, no contraction.
+// The inner loops, compiled once for each instruction set from one source (kernel_lanes.h and what it includes). All
+// give the same bits: the same IEEE operations in the same order, no contraction.
 #pragma once
 
 #include <array>

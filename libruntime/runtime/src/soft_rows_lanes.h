@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Balls and patches of soft tissue. Included by one source for each instruction set, as kernel_lanes.h is, but in files
-// of its own, so that a program without tissue does not contain them.
+// Balls and patches of soft tissue. Included by one source for each instruction set, as kernel_lanes.h is, but by other
+// sources, so that a program without tissue does not contain them.
 #pragma once
 
-#include "kernel_lanes.h"
+#include "row_parts_lanes.h"
 #include "soft_rows.h"
 
 namespace spheretree::runtime {
