@@ -4,38 +4,28 @@
 #include <cmath>
 #include <limits>
 
+#include "best_pose.h"
 #include "force_rate_limit.h"
 #include "inside.h"
+#include "margin_policy.h"
 #include "moving_bodies.h"
+#include "secant_step.h"
 #include "step_parts.h"
 
 namespace spheretree::runtime {
 namespace {
 
 constexpr double kPathTolerance = 0.01;  // largest depth of a leaf within a piece [mm]
-constexpr double kMinMargin = 0.01;      // [mm]
-constexpr double kContactMargin =
-    1;  // largest margin if something is near: beyond it, searching again is cheaper than the rows of far pairs [mm]
-constexpr double kFeltReach = 0.2;   // smooth patches farther away than this get their rows in later pieces [mm]
-constexpr double kConverged = 2e-5;  // the graphic tool rests if the next step would be shorter [mm, scaled]
-constexpr double kRounding = 3e-4;   // steps shorter than this that no longer shrink are float rounding of the gaps [mm, scaled]
-constexpr double kCarriedMargin =
-    2;  // times the way of the bodies in a piece: they may push the tool by that way, and approach it by that way themselves
-constexpr int kMaxShorter = 5;          // attempts of a piece with moving bodies, each shorter
-constexpr int kMaxLinearisations = 48;  // linearisations in one step
+constexpr double kConverged = 2e-5;      // the graphic tool rests if the next step would be shorter [mm, scaled]
+constexpr double kRounding = 3e-4;       // steps shorter than this that no longer shrink are float rounding of the gaps [mm, scaled]
+constexpr int kMaxShorter = 5;           // attempts of a piece with moving bodies, each shorter
+constexpr int kMaxLinearisations = 48;   // linearisations in one step
 constexpr int kMaxHalvings = 5;
 constexpr int kFeltHalvings = 2;    // halvings for smooth patches, which must not hold the tool back for long
-constexpr double kPiecesAhead = 8;  // number of pieces for which the pairs in the list should suffice
 constexpr int kPatience = 8;        // pieces after which progress is checked
 constexpr double kProgress = 1e-3;  // an approach by less than this in kPatience pieces ends the step: the tool oscillates [mm, scaled]
 
-/// Largest change of the springs' stretch in a step: of all six components, of the translation, of the rotation [mm,
-/// scaled].
-struct Change {
-  double both, force, torque;
-};
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr Change kAnyChange{kInfinity, kInfinity, kInfinity};
 
 Displacement scaled(const Displacement& d, double factor) { return {factor * d.translation, factor * d.rotation}; }
 
@@ -44,10 +34,13 @@ enum class Piece { GoesOn, Arrived, Blocked };
 
 class ConstrainedStep {
  public:
-  ConstrainedStep(StepParts& parts, const Configuration& haptic);
+  ConstrainedStep(StepParts& parts, const Configuration& haptic)
+      : ConstrainedStep(parts, haptic, displacementBetween(parts.memory.haptic, haptic),
+                        displacementBetween(parts.memory.graphic, haptic)) {}
   void run();
 
  private:
+  ConstrainedStep(StepParts& parts, const Configuration& haptic, const Displacement& hand_motion, const Displacement& to_hand);
   Piece carry();
   Piece carriedPiece(const BodyMotion& left);
   void carriedTo(double share, const Displacement& step, const Configuration& to);
@@ -63,11 +56,7 @@ class ConstrainedStep {
   void noteContacts();
   void makeRows();
   void addFelt();
-  void record();
-  Change maxChange();
-  double shareWithin(const Vector6& way, double max_share) const;
-  double damping(const Vector6& plain) const;
-  bool accelerate(const Vector6& want, const Vector6& plain);
+  void record() { best_.record(now_, depth_); }
   void coarseMove(PairSet pairs);
 
   StepParts& parts_;
@@ -77,31 +66,27 @@ class ConstrainedStep {
   const Configuration& haptic_;
   const double path_tolerance_;  // largest depth of a leaf within a piece [mm]
   const double largest_turn_;    // largest rotation in a piece, which limits the depth [rad]
-  Vector6 stretch_before_;       // of the springs at the end of the last step [mm, scaled]
-  Change change_;
+  ForceRateLimit force_limit_;
+  MarginPolicy margin_;
+  SecantStep secant_;
 
   const Configuration start_;  // pose of the tool at the beginning of the step
-  Configuration now_,
-      best_;  // pose at the end of the last piece; the last free pose of all pieces, otherwise the one with the smallest depth
-  double depth_ = 0, best_depth_ = kInfinity;  // penetration of the guaranteed surface [mm]
-  double felt_depth_ = 0;                      // penetration of the smooth patches [mm]
-  PairSet pairs_;                              // all pairs that can touch on a way of `margin_` from the pose of the search
-  RowSet rows_;                                // rows of the pairs at `now_`
-  double margin_, margin_limit_ = kInfinity;
-  double used_ = 0;                 // used share of the margin
-  double felt_reach_ = kFeltReach;  // smooth patches farther away than this are left to later pieces [mm]
-  bool needs_search_ = true;        // the pairs are not those within `margin_` of `now_`
+  Configuration now_;          // at the end of the last piece
+  BestPose best_;
+  double depth_ = 0;       // penetration of the guaranteed surface [mm]
+  double felt_depth_ = 0;  // penetration of the smooth patches [mm]
+  PairSet pairs_;          // all pairs within the margin of the pose of the search
+  RowSet rows_;            // rows of the pairs at `now_`
   int pieces_ = 0;
-  double nearest_ = kInfinity;     // distance to the haptic pose at the last check for progress [mm, scaled]
-  Vector6 last_plain_, last_way_;  // of the piece before this one: the step of the QP, and the step that was made
-  Vector6 last_unbalanced_;        // after the step of the QP
-  bool may_settle_ = false;        // the last piece was the whole step of a QP with the haptic pose as target
-  bool has_last_ = false;
+  double nearest_ = kInfinity;  // distance to the haptic pose at the last check for progress [mm, scaled]
+  Vector6 last_unbalanced_;     // after the step of the QP
+  bool may_settle_ = false;     // the last piece was the whole step of a QP with the haptic pose as target
   bool was_inside_ = false;
   bool is_at_rest_ = false;  // the last QP had the haptic pose as target at `now_`, and its solution was to stay
 };
 
-ConstrainedStep::ConstrainedStep(StepParts& parts, const Configuration& haptic)
+ConstrainedStep::ConstrainedStep(StepParts& parts, const Configuration& haptic, const Displacement& hand_motion,
+                                 const Displacement& to_hand)
     : parts_(parts),
       scene_(parts.scene),
       memory_(parts.memory),
@@ -109,16 +94,14 @@ ConstrainedStep::ConstrainedStep(StepParts& parts, const Configuration& haptic)
       haptic_(haptic),
       path_tolerance_(std::min(kPathTolerance, 0.1 * scene_.min_contact)),
       largest_turn_(std::sqrt(1.6 * path_tolerance_ / std::max(scene_.tool.reach, 1e-6))),
-      change_(maxChange()),
+      force_limit_(scene_.pull, scene_.angle_length, parts_.scaledVector(displacementBetween(memory_.graphic, memory_.haptic)),
+                   parts_.scaledVector(hand_motion), parts_.scaledVector(to_hand)),
+      margin_(parts_.reach(to_hand), parts_.reach(hand_motion), memory_.active_count > 0),
       start_(memory_.graphic),
-      now_(memory_.graphic),
-      best_(now_) {
-  const double motion = parts_.reach(displacementBetween(memory_.haptic, haptic));
-  margin_ = std::max(kMinMargin, std::min(parts_.reach(displacementBetween(now_, haptic)), 1.5 * motion + 0.05));
-  if (memory_.active_count > 0) margin_ = std::min(margin_, kContactMargin);
+      now_(memory_.graphic) {
+  if (memory_.is_behind) force_limit_.lift();  // a tool that did not arrive because the work ran out may catch up
   // Along surfaces that already hold it, the tool moves about as far as the hand.
-  if (memory_.active_count > 0 && !memory_.is_behind && memory_.moving_count == 0)
-    felt_reach_ = std::min(kFeltReach, 1.5 * motion + kMinMargin);
+  if (memory_.active_count > 0 && !memory_.is_behind && memory_.moving_count == 0) margin_.feelWithin(1.5 * parts_.reach(hand_motion));
 }
 
 // Each piece is safe as a whole. All pairs that can touch within it are in the list, since no point of the tool moves
@@ -132,14 +115,14 @@ void ConstrainedStep::run() {
       result_.faults |= kWorkLimit;
       break;
     }
-    if (needs_search_ && !findPairs()) break;
+    if (margin_.needsSearch() && !findPairs()) break;
     piece = pairs_.pairs.empty() ? freePiece() : contactPiece();
   }
   memory_.is_behind = piece != Piece::Arrived;
   pushOut();
-  if (best_depth_ < kInfinity) {
-    memory_.graphic = best_;
-    result_.penetration = best_depth_;
+  if (best_.isKnown()) {
+    memory_.graphic = best_.pose;
+    result_.penetration = best_.depth;
   }
   if (result_.penetration > kGapTolerance) result_.faults |= kPenetrating;
   noteContacts();
@@ -153,7 +136,7 @@ void ConstrainedStep::run() {
 // second order in the rotation of the body, and pieces are short enough for them to be small. The result is Blocked if
 // the step ends here, before the bodies have arrived.
 Piece ConstrainedStep::carry() {
-  const double own_margin = margin_;
+  const double own_margin = margin_.value();
   Piece piece = Piece::GoesOn;
   while (memory_.moving_count > 0) {
     if (result_.linearisations >= kMaxLinearisations || !parts_.workLeft()) {
@@ -161,16 +144,13 @@ Piece ConstrainedStep::carry() {
       return Piece::Blocked;
     }
     const BodyMotion left = motionLeft(memory_);
-    if (needs_search_ || margin_ - used_ < kCarriedMargin * left.length) {
-      margin_ = std::max(kMinMargin, std::min(own_margin + kCarriedMargin * left.length, margin_limit_));
-      if (!findPairs()) {
-        advanceBodies(1, memory_);
-        memory_.sides_known = false;
-        return Piece::Blocked;
-      }
+    if (margin_.widenForBodies(own_margin, left.length) && !findPairs()) {
+      advanceBodies(1, memory_);
+      memory_.sides_known = false;
+      return Piece::Blocked;
     }
     if (pairs_.pairs.empty()) {
-      carriedTo(std::min(1.0, (margin_ - used_) / left.length), {}, now_);
+      carriedTo(std::min(1.0, margin_.left() / left.length), {}, now_);
     } else if (piece = carriedPiece(left); piece == Piece::Blocked) {
       result_.faults |= kWorkLimit;
       return piece;
@@ -185,16 +165,16 @@ Piece ConstrainedStep::carry() {
 // its motion is the same as if it did so afterwards. If that does not fit in a piece, the tool waits.
 Piece ConstrainedStep::carriedPiece(const BodyMotion& left) {
   const QpAnswer& answer = memory_.answer;
-  double share = std::min(1.0, (margin_ - used_) / (kCarriedMargin * left.length));
-  share = std::min(share, std::sqrt(0.2 * path_tolerance_ / std::max(left.length * left.turn, 1e-12)));
+  double share = std::min(margin_.shareOfBodies(left.length), std::sqrt(0.2 * path_tolerance_ / std::max(left.length * left.turn, 1e-12)));
   if (depth_ > path_tolerance_) share = std::min(share, 0.25 * scene_.min_contact / left.length);
   if (share == 1 && depth_ <= path_tolerance_ && !parts_.rubsOrGives()) {
     parts_.carryRows(pairs_, share, now_.position, rows_);
-    const double back = parts_.solve(rows_, parts_.scaledVector(displacementBetween(now_, haptic_)));
+    const Vector6 want = parts_.scaledVector(displacementBetween(now_, haptic_));
+    const double back = parts_.solve(rows_, want);
     const Displacement step = parts_.displacement(answer.y);
-    const double way = parts_.reach(step), largest = std::min(margin_ - used_, felt_reach_) - left.length;
+    const double way = parts_.reach(step), largest = std::min(margin_.left(), margin_.feltReach()) - left.length;
     if (back == 0 && answer.status == QpStatus::Optimal && way <= largest && step.rotation.norm() <= largest_turn_ &&
-        shareWithin(answer.y, 1) == 1) {
+        force_limit_.shareWithin(want, answer.y, 1) == 1) {
       parts_.keepActive(pairs_);
       is_at_rest_ = answer.active_count == 0;
       carriedTo(share, step, is_at_rest_ ? haptic_ : moved(now_, step));
@@ -211,7 +191,7 @@ Piece ConstrainedStep::carriedPiece(const BodyMotion& left) {
       parts_.solve(rows_, Vector6::Zero());
     parts_.keepActive(pairs_);
     const Displacement step = parts_.displacement(answer.y);
-    const double room = margin_ - used_ - share * left.length, way = parts_.reach(step), turn = step.rotation.norm();
+    const double room = margin_.left() - share * left.length, way = parts_.reach(step), turn = step.rotation.norm();
     if (way <= room && turn <= largest_turn_) {
       carriedTo(share, step, moved(now_, step));
       return Piece::GoesOn;
@@ -225,21 +205,16 @@ Piece ConstrainedStep::carriedPiece(const BodyMotion& left) {
 // Advances the tool and the bodies to the end of a piece. The motion of bodies explains a change of the force, as the
 // motion of the hand does.
 void ConstrainedStep::carriedTo(double share, const Displacement& step, const Configuration& to) {
-  used_ += share * motionLeft(memory_).length + parts_.reach(step);
+  margin_.use(share * motionLeft(memory_).length + parts_.reach(step));
   for (const PairRun& run : pairs_.runs) {
     const MovingBody& body = memory_.bodies[memory_.objects[run.object].body];
-    if (!body.moves) continue;
-    const Vector6 z = parts_.scaledVector(motionAt(body, share, now_.position));
-    change_.both += z.norm();
-    change_.force += z.head<3>().norm();
-    change_.torque += z.tail<3>().norm();
+    if (body.moves) force_limit_.allow(parts_.scaledVector(motionAt(body, share, now_.position)));
   }
   now_ = to;
   if (scene_.has_soft && !pairs_.pairs.empty()) parts_.giveWay(1);
   advanceBodies(share, memory_);
   if (!pairs_.pairs.empty()) makeRows();
-  best_ = now_;
-  best_depth_ = depth_;
+  best_.set(now_, depth_);
 }
 
 void ConstrainedStep::makeRows() {
@@ -248,43 +223,33 @@ void ConstrainedStep::makeRows() {
 }
 
 void ConstrainedStep::addFelt() {
-  parts_.addFelt(pairs_, now_, std::min(margin_, felt_reach_), rows_);
+  parts_.addFelt(pairs_, now_, std::min(margin_.value(), margin_.feltReach()), rows_);
   depth_ = std::max(0.0, -static_cast<double>(rows_.smallest_gap));
   felt_depth_ = std::max(0.0, -static_cast<double>(rows_.smallest_felt_gap));
-}
-
-void ConstrainedStep::record() {
-  if (!(depth_ < best_depth_ || depth_ <= 0.5 * kGapTolerance)) return;
-  best_ = now_;
-  best_depth_ = depth_;
 }
 
 // Finds pairs and makes rows for the next pieces. Returns false if the list is full even for the smallest margin: then
 // the step ends here.
 bool ConstrainedStep::findPairs() {
   for (;;) {
-    pairs_ = parts_.search(now_, margin_, PairsOf::ContactSurface);
+    pairs_ = parts_.search(now_, margin_.value(), PairsOf::ContactSurface);
     if (!pairs_.coarse) {
       rows_ = parts_.rows(pairs_, now_);
-      parts_.keepNear(margin_, pairs_, rows_);
+      parts_.keepNear(margin_.value(), pairs_, rows_);
     }
-    const double smallest = pairs_.coarse ? kMinMargin : kContactMargin;
-    if (margin_ <= smallest || pairs_.pairs.empty() || !parts_.workLeft()) break;
-    margin_ = std::max(smallest, margin_ / 4);  // a smaller margin has fewer pairs
-    if (pairs_.coarse) margin_limit_ = margin_;
+    if (pairs_.pairs.empty() || !parts_.workLeft() || !margin_.shorten(pairs_.coarse)) break;
   }
   if (pairs_.coarse) {
     result_.faults |= parts_.workLeft() ? kPairsFull : kWorkLimit;
-    if (parts_.workLeft() && best_depth_ == kInfinity) coarseMove(pairs_);
+    if (parts_.workLeft() && !best_.isKnown()) coarseMove(pairs_);
     return false;
   }
   addFelt();
   if (depth_ > kGapTolerance) {
-    change_ = kAnyChange;
+    force_limit_.lift();
     was_inside_ = true;
   }
-  used_ = 0;
-  needs_search_ = false;
+  margin_.searched();
   record();
   return true;
 }
@@ -296,16 +261,16 @@ Piece ConstrainedStep::freePiece() {
   result_.active = 0;
   if (scene_.has_soft) parts_.letGo();
   const Displacement want = displacementBetween(now_, haptic_);
-  const double length = parts_.reach(want), left = std::max(0.0, margin_ - used_);
-  const double share = shareWithin(parts_.scaledVector(want), std::min(1.0, length > left ? left / length : 1.0));
+  const Vector6 way = parts_.scaledVector(want);
+  const double length = parts_.reach(want), left = std::max(0.0, margin_.left());
+  const double share = force_limit_.shareWithin(way, way, std::min(1.0, length > left ? left / length : 1.0));
   bool has_arrived = true;
   if (share == 1) {
     now_ = haptic_;
   } else {
     has_arrived = share * length < left * (1 - 1e-9);
     now_ = moved(now_, scaled(want, share));
-    margin_ = std::min({4 * margin_, length, margin_limit_});
-    needs_search_ = true;
+    margin_.growFree(length);
   }
   record();
   return has_arrived ? Piece::Arrived : Piece::GoesOn;
@@ -326,33 +291,31 @@ Piece ConstrainedStep::contactPiece() {
   }
   const double back = solve(want);
   const Vector6 plain = answer.y;
-  if (plain.norm() < kConverged || (has_last_ && plain.norm() < kRounding && plain.norm() > 0.7 * last_way_.norm())) {
+  if (plain.norm() < kConverged || (plain.norm() < kRounding && secant_.isStagnant(plain))) {
     parts_.keepActive(pairs_);
     if (memory_.tissue) parts_.giveWay(1);  // unloaded tissue returns
     is_at_rest_ = true;
     return Piece::Arrived;
   }
-  const double damped = damping(plain);
-  const bool is_accelerated = damped == 1 && back == 0 && !scene_.has_soft && answer.active_count > 0 && accelerate(want, plain);
+  const double damped = secant_.damping(plain);
+  Vector6 further;
+  const bool is_accelerated =
+      damped == 1 && back == 0 && !scene_.has_soft && answer.active_count > 0 && secant_.extrapolate(plain, further);
+  if (is_accelerated) solve(want + further);  // the rows are the same, so the step is as safe as the plain one
   const Displacement step = parts_.displacement(answer.y);
   // An extrapolated solution without active rows does not end at the haptic pose.
   const bool is_straight = !is_accelerated && answer.active_count == 0 && back == 0 && answer.status == QpStatus::Optimal;
-  const double length = parts_.reach(step), turn = step.rotation.norm(), left = std::max(0.0, margin_ - used_);
+  const double length = parts_.reach(step), turn = step.rotation.norm(), left = std::max(0.0, margin_.left());
   double largest = std::min(1.0, length > left ? left / length : 1.0);
   const bool is_short_of_margin = largest < 1;
   if (turn * largest > largest_turn_) largest = largest_turn_ / turn;
-  double share = shareWithin(answer.y, largest);
+  double share = force_limit_.shareWithin(want, answer.y, largest);
   const bool is_held_back = share < largest;
   share = std::min(share, damped);
   parts_.keepActive(pairs_);
   last_unbalanced_ = unbalanced(want - plain, kInfinity);
-  // Pieces shrink, so fewer pairs can touch within the next few of them.
-  if (const double next_margin = kPiecesAhead * share * length + kMinMargin; back == 0 && next_margin < 0.5 * left) {
-    parts_.keepNear(next_margin, pairs_, rows_);
-    margin_ = next_margin;
-    used_ = 0;
-  }
-  felt_reach_ = std::min(kFeltReach, 0.5 * kPiecesAhead * share * length + kMinMargin);
+  if (back == 0 && margin_.narrow(share * length)) parts_.keepNear(margin_.value(), pairs_, rows_);
+  margin_.feelWithin(0.5 * kPiecesAhead * share * length);
   const Configuration from = now_;
   share = acceptedShare(step, share, is_straight);
   if (share == 0) return Piece::Blocked;
@@ -360,20 +323,14 @@ Piece ConstrainedStep::contactPiece() {
   if (is_accelerated && parts_.scaledVector(displacementBetween(now_, haptic_)).norm() > want.norm() + kProgress) {
     now_ = from;  // where the contact bends, the sum of the series is unreliable: the next piece is a plain one
     makeRows();
-    has_last_ = false;
+    secant_.forget();
     return Piece::GoesOn;
   }
-  last_plain_ = plain;
-  last_way_ = share * answer.y;
-  has_last_ = true;
-  used_ += share * length;
+  secant_.note(plain, share * answer.y);
+  margin_.use(share * length);
   record();
   if ((is_straight && share == 1) || is_held_back || hasStalled()) return Piece::Arrived;
-  if (is_short_of_margin && margin_ - used_ < 0.5 * (1 - share) * length) {
-    const double wish = std::max(margin_, std::min({4 * margin_, 1.1 * (1 - share) * length + kMinMargin, kContactMargin}));
-    margin_ = std::max(kMinMargin, std::min(wish, margin_limit_));
-    needs_search_ = true;
-  }
+  if (is_short_of_margin) margin_.growAlong(share, length);
   return Piece::GoesOn;
 }
 
@@ -424,7 +381,8 @@ bool ConstrainedStep::hasStalled() {
 void ConstrainedStep::pushOut() {
   for (int attempt = 0; attempt < 2; ++attempt) {
     const double deepest = std::max(depth_, felt_depth_);
-    if (pairs_.pairs.empty() || needs_search_ || pairs_.coarse || deepest <= 0.5 * kGapTolerance || depth_ > path_tolerance_) return;
+    if (pairs_.pairs.empty() || margin_.needsSearch() || pairs_.coarse || deepest <= 0.5 * kGapTolerance || depth_ > path_tolerance_)
+      return;
     is_at_rest_ = false;
     const CarriedPiece stays{0};
     if (parts_.rubsOrGives())
@@ -434,8 +392,8 @@ void ConstrainedStep::pushOut() {
     parts_.keepActive(pairs_);
     if (scene_.has_soft) parts_.giveWay(1);
     const Displacement step = parts_.displacement(memory_.answer.y);
-    used_ += parts_.reach(step);
-    if (used_ > margin_) return;
+    margin_.use(parts_.reach(step));
+    if (margin_.left() < 0) return;
     now_ = moved(now_, step);
     makeRows();
     record();
@@ -446,70 +404,12 @@ void ConstrainedStep::pushOut() {
 // whose solution was to stay, the QP is solved once more.
 void ConstrainedStep::noteContacts() {
   memory_.contact_count = 0;
-  if (pairs_.pairs.empty() || needs_search_ || pairs_.coarse) return;
+  if (pairs_.pairs.empty() || margin_.needsSearch() || pairs_.coarse) return;
   if (!is_at_rest_) {
     solve(parts_.scaledVector(displacementBetween(now_, haptic_)));
     parts_.keepActive(pairs_);
   }
   parts_.noteContacts(rows_, start_);
-}
-
-// In a hollow the plain steps oscillate: the rows are tangents, and the deeper the haptic tool is below them, the
-// farther each step overshoots. Returns the share of the step that ends at the minimum, estimated from the last two
-// steps (secant method).
-double ConstrainedStep::damping(const Vector6& plain) const {
-  if (!has_last_ || !(plain.dot(last_way_) < 0)) return 1;
-  const double overshoot = (last_plain_ - plain).dot(last_way_), square = last_way_.squaredNorm();
-  return overshoot > square ? square / overshoot : 1;
-}
-
-// Along a curved contact the plain steps shrink (or grow) by about the same factor each time: the rows are tangents,
-// and convergence is the slower, the deeper the haptic tool is below a convex surface. The last two steps give an
-// estimate of the factor (secant method, as in Anderson mixing) and of the sum of the series. The QP aims at that sum
-// instead; its rows are the same, so the step is as safe as the plain one.
-bool ConstrainedStep::accelerate(const Vector6& want, const Vector6& plain) {
-  if (!has_last_) return false;
-  const Vector6 change = plain - last_plain_;
-  const double shrink = -change.dot(last_way_), square = last_way_.squaredNorm();
-  if (!(plain.dot(last_plain_) > 0.1 * plain.norm() * last_plain_.norm())) return false;  // there is a corner in between
-  Vector6 further = 3 * plain;                                                            // off a ridge, where steps grow
-  if (shrink > 0.05 * square) further = -(plain.dot(change) / change.squaredNorm()) * (last_way_ + change);
-  solve(want + further);
-  return true;
-}
-
-// Where the nearest free pose is not a continuous function of the hand's pose, the graphic tool moves to the new pose
-// over several steps: force and torque change by no more than they could if the free poses were a convex set, or than
-// the hand's motion and the perception threshold allow. The projection on a convex set is firmly non-expansive: a
-// motion d of the hand changes the stretch by an s with |s - d/2| <= |d|/2. A tool that did not arrive because the work
-// ran out may catch up without this limit.
-Change ConstrainedStep::maxChange() {
-  stretch_before_ = parts_.scaledVector(displacementBetween(memory_.graphic, memory_.haptic));
-  if (memory_.is_behind) return kAnyChange;
-  const Vector6 hand = parts_.scaledVector(displacementBetween(memory_.haptic, haptic_)),
-                at_rest = parts_.scaledVector(displacementBetween(memory_.graphic, haptic_)) - stretch_before_;
-  const double both = std::max(hand.norm(), at_rest.norm()), translation = hand.head<3>().norm(),
-               rotation = std::max(hand.tail<3>().norm(), at_rest.tail<3>().norm());
-  const double force = translation + std::max(kForceStep / scene_.pull.translation, kForceStepPart * stretch_before_.head<3>().norm()),
-               torque = rotation + std::max(kTorqueStep * scene_.angle_length / scene_.pull.rotation,
-                                            kTorqueStepPart * stretch_before_.tail<3>().norm());
-  return {std::max(both, force), std::max((both + translation) / 2, force), std::max((both + rotation) / 2, torque)};
-}
-
-// The largest share, up to `max_share`, of the piece `way` after which the stretch of the springs has changed by no
-// more than the limit.
-double ConstrainedStep::shareWithin(const Vector6& way, double max_share) const {
-  const Vector6 so_far = parts_.scaledVector(displacementBetween(now_, haptic_)) - stretch_before_;
-  const auto shorten = [&](const auto& changed, const auto& on_the_way, double limit) {
-    const double square = on_the_way.squaredNorm();
-    if (!(square > 0) || (changed - max_share * on_the_way).norm() <= limit) return;
-    const double along = changed.dot(on_the_way), left = limit * limit - changed.squaredNorm();
-    max_share = std::clamp((along + std::sqrt(std::max(0.0, along * along + square * left))) / square, 0.0, max_share);
-  };
-  shorten(so_far, way, change_.both);
-  shorten(so_far.head<3>(), way.head<3>(), change_.force);
-  shorten(so_far.tail<3>(), way.tail<3>(), change_.torque);
-  return max_share;
 }
 
 // The list is full even for the smallest margin. Inner nodes then replace whole branches, as the balls around their
