@@ -123,6 +123,7 @@ int ContactSolver::groupOf(std::uint32_t object) {
   bound.group = g;
   bound.give = -1;
   bound.b = -kMaxGive * scene_.min_contact / group_scale_[at];
+  pressed_[static_cast<std::size_t>(qp_.row_count)] = 0;
   row_[static_cast<std::size_t>(qp_.row_count)] = ~0u;
   is_stop_[static_cast<std::size_t>(qp_.row_count)] = false;
   disc_[static_cast<std::size_t>(qp_.row_count++)] = -1;
