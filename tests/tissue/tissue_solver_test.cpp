@@ -6,41 +6,22 @@
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <algorithm>
-#include <functional>
 #include <limits>
 
 #include "support/count_allocations.h"
 #include "support/random.h"
-#include "support/tetrahedra.h"
+#include "support/soft_box.h"
 
 namespace spheretree::tissue {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using Field = std::vector<Vector3d>;
-
-/// A box with the nodes fixed that satisfy `is_fixed`; its inner nodes are moved at random by `disorder`.
-Tissue softBox(const Vector3d& size, const std::array<std::uint32_t, 3>& cells, const TissueMaterial& material,
-               const std::function<bool(const Vector3d&)>& is_fixed, double disorder = 0) {
-  const TetrahedronList solid = test::boxTetrahedra(size, cells);
-  test::Random random(3);
-  Tissue tissue;
-  tissue.material = material;
-  for (Vector3d p : solid.nodes) {
-    if (p.minCoeff() > 1e-9 && (size - p).minCoeff() > 1e-9) p += random.inCube(disorder);
-    if (is_fixed(p)) tissue.fixed.push_back(static_cast<std::uint32_t>(tissue.nodes.size()));
-    tissue.nodes.push_back({p.x(), p.y(), p.z()});
-  }
-  tissue.tetrahedra = solid.corners;
-  tissue.surface.push_back({tissue.nodes[0], 0, {1, 0, 0}});  // tissue must have a surface
-  return tissue;
-}
-
-bool isBelow(const Vector3d& p) { return p.z() < 1e-9; }
-
-Vector3d at(const Tissue& tissue, std::size_t i) { return {tissue.nodes[i][0], tissue.nodes[i][1], tissue.nodes[i][2]}; }
-Field noForces(const Tissue& tissue) { return Field(tissue.nodes.size(), Vector3d::Zero()); }
+using test::at;
+using test::Field;
+using test::isBelow;
+using test::noForces;
+using test::softBox;
 
 std::unique_ptr<TissueSolver> solverOf(const Tissue& tissue) {
   std::string fault;
