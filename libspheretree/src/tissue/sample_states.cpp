@@ -6,6 +6,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "base/random.h"
@@ -117,6 +118,7 @@ TissueState sampleState(const Tissue& tissue, std::size_t index, std::size_t cou
 
 StateStrain strainOf(const Tissue& tissue, std::span<const Vector3d> displacements) {
   StateStrain strain;
+  if (!tissue.tetrahedra.empty()) strain = {0, std::numeric_limits<double>::infinity(), 0};
   for (const auto& c : tissue.tetrahedra) {
     Eigen::Matrix3d rest, moved;
     const auto at = [&](std::uint32_t node) { return Vector3d(tissue.nodes[node][0], tissue.nodes[node][1], tissue.nodes[node][2]); };

@@ -63,6 +63,19 @@ TEST(SampleState, NoiseOfAFifthTurnsNothingInsideOutAndThatOfOneAndAHalfMuch) {
   EXPECT_GT(strainOf(tissue, sampleState(tissue, 9, 10, 1).displacements).inverted, tissue.tetrahedra.size() / 10);
 }
 
+// Neither stretch is 1 when nothing keeps its length.
+TEST(StrainOf, FindsTheStretchesOfASolidThatGrowsOrShrinks) {
+  const Tissue tissue = bar();
+  for (const double factor : {0.5, 2.0}) {
+    std::vector<Vector3d> displacements;
+    for (const auto& p : tissue.nodes)
+      displacements.push_back(Vector3d(factor, 1.1 * factor, 1.2 * factor).cwiseProduct(Vector3d(p.data())) - Vector3d(p.data()));
+    const StateStrain strain = strainOf(tissue, displacements);
+    EXPECT_NEAR(strain.largest_stretch, 1.2 * factor, 1e-9);
+    EXPECT_NEAR(strain.smallest_stretch, factor, 1e-9);
+  }
+}
+
 TEST(StrainOf, FindsTheStretchesOfAMap) {
   const Tissue tissue = bar();
   Eigen::Matrix3d map;

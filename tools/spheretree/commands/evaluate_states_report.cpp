@@ -25,7 +25,7 @@ using builder::StateFigures;
 /// Figures of the states of one kind, with the worst value of each.
 struct KindFigures {
   std::size_t states = 0, bare = 0, faults = 0, inverted = 0;
-  double largest_amount = 0, largest_stretch = 1;
+  double largest_amount = 0, largest_stretch = 0;
   double overhang = 0;  // over the states that have one [mm]
   bool has_overhang = false;
 };
