@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A scan surface that is a field of heights over a square.
+// A scan surface that is a field of heights over a square, and what is known of the solids under it.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <vector>
 
+#include "mesh/mesh_edges.h"
 #include "split/scan_surface.h"
 
 namespace spheretree::test {
@@ -41,6 +44,29 @@ inline void addRegion(builder::ScanSurface& s, const std::function<bool(const Ei
   s.region_label.push_back(10 + region);
   for (std::size_t t = 0; t < s.mesh.triangles.size(); ++t)
     if (is_in((s.mesh.corner(t, 0) + s.mesh.corner(t, 1) + s.mesh.corner(t, 2)) / 3)) s.region[t] = region;
+}
+
+/// Volume between the triangles that satisfy `counts` and the plane z = 0; exact.
+inline double volumeUnder(const TriangleMesh& mesh, const std::function<bool(std::size_t)>& counts) {
+  double volume = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!counts(t)) continue;
+    const Eigen::Vector3d a = mesh.corner(t, 0), b = mesh.corner(t, 1), c = mesh.corner(t, 2);
+    volume += (b - a).cross(c - a).z() / 2 * (a.z() + b.z() + c.z()) / 3;
+  }
+  return volume;
+}
+
+/// True if along every edge as many triangles run one way as the other.
+inline bool isClosed(const TriangleMesh& mesh) {
+  bool closed = true;
+  const std::vector<builder::Side> sides = builder::sortedSides(mesh);
+  builder::forEachEdge(sides, [&](std::size_t first, std::size_t last) {
+    int balance = 0;
+    for (std::size_t s = first; s < last; ++s) balance += sides[s].forward ? 1 : -1;
+    closed = closed && balance == 0;
+  });
+  return closed;
 }
 
 }  // namespace spheretree::test
