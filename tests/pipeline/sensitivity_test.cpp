@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Trees of the same object in other representations. The limits on the change of the worst leaf overhang hold for
-// rotated and scaled copies at any quality, for the others where the search is deep enough; the short run uses small
-// trees of quick quality and only tests what holds there. SPHERETREE_LONG=1: cover and merge at standard quality on the
-// probe, tooth and box with 24 rotations and the full limits (about an hour of one core).
+// Trees of the same object in other representations: limits on the change of the worst leaf overhang. The short run
+// takes the box with trees of 3 levels at quick quality. SPHERETREE_LONG=1: cover and merge with 4 levels at standard
+// quality on the probe, tooth and box with 24 rotations (about an hour of one core).
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -33,22 +32,44 @@ std::vector<builder::SensitivityRow> measure(const std::string& mesh_name, const
   builder::Progress progress;
   std::vector<builder::SensitivityRow> rows = builder::measureSensitivity(mesh, build, settings, progress);
   for (const builder::SensitivityRow& row : rows)
-    std::printf("%-6s %-9s %-12s %2d cases, at most %6.2f %%%s\n", mesh_name.c_str(), std::string(name(kind)).c_str(), row.change.c_str(),
+    std::printf("%-6s %-9s %-12s %2d cases, at most %8.4f %%%s\n", mesh_name.c_str(), std::string(name(kind)).c_str(), row.change.c_str(),
                 row.cases, 100 * row.largest_change, row.same_spheres ? ", the same spheres" : "");
   return rows;
 }
 
+/// Changes of a mesh in per cent.
+struct Changes {
+  double rotation, noise, scale, subdivision;
+};
+
+// A figure is that of docs/compare.md (tooth), or what this test prints (box and probe). It may double: the builds are
+// deterministic, so that only another builder moves a figure, and more than twice is no longer the same claim. Turned
+// copies of the tooth may change by 0.1 % with either builder, since there are 24 of them here and 8 in the document.
+// The limit of noise on the probe is not met (docs/compare.md).
+Changes limitsOf(const std::string& mesh_name, BuilderKind kind) {
+  constexpr double kMargin = 2;
+  const auto doubled = [](const Changes& c) {
+    return Changes{kMargin * c.rotation, kMargin * c.noise, kMargin * c.scale, kMargin * c.subdivision};
+  };
+  const bool is_cover = kind == BuilderKind::Cover;
+  if (mesh_name == "box" && !isLong()) return doubled(is_cover ? Changes{0.014, 2.9, 0.001, 2.2} : Changes{0.14, 3.4, 0.001, 3.4});
+  if (mesh_name == "box") return doubled(is_cover ? Changes{0.03, 1.7, 0.005, 0.2} : Changes{0.06, 3.0, 0.005, 0.07});
+  if (mesh_name == "tooth") return doubled(is_cover ? Changes{0.05, 0.7, 0.001, 0.8} : Changes{0.05, 1.3, 0.001, 4.9});
+  return doubled(is_cover ? Changes{0.067, 5, 0.055, 0.5} : Changes{0.002, 5, 0.001, 0.55});
+}
+
 void expectSmallChanges(const std::string& mesh_name, const TriangleMesh& mesh) {
-  const std::map<std::string, double> limits{{"rotation", 0.05}, {"noise", 0.1}, {"scale 1.7", 0.02}, {"subdivision", 0.1}};
   for (const BuilderKind kind : {BuilderKind::Cover, BuilderKind::Merge}) {
     SCOPED_TRACE(mesh_name + ", " + std::string(name(kind)));
+    const Changes limits = limitsOf(mesh_name, kind);
+    const std::map<std::string, double> limit_of{
+        {"rotation", limits.rotation}, {"noise", limits.noise}, {"scale 1.7", limits.scale}, {"subdivision", limits.subdivision}};
     for (const builder::SensitivityRow& row : measure(mesh_name, mesh, kind)) {
       if (row.change == "scale 2^k" || row.change.ends_with("order")) {
         EXPECT_TRUE(row.same_spheres) << row.change << ": a power of two changes no digit, an order nothing";
         EXPECT_EQ(row.largest_change, 0) << row.change;
       } else {
-        const bool follows_the_object = row.change == "rotation" || row.change == "scale 1.7";
-        EXPECT_LE(row.largest_change, isLong() || follows_the_object ? limits.at(row.change) : 0.3) << row.change;
+        EXPECT_LE(100 * row.largest_change, limit_of.at(row.change)) << row.change;
       }
     }
   }
