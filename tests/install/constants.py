@@ -94,6 +94,8 @@ def main():
         path.write_text(updated(page, code, rows(page)), encoding="utf-8")
         page = path.read_text(encoding="utf-8")
     table, faults = rows(page), []
+    headings = re.findall(r"^### `(.+)`", page, re.MULTILINE)
+    faults += [f"docs/constants.md: {file} has two tables" for file in sorted(set(headings)) if headings.count(file) > 1]
     for file, names in code.items():
         for name, (value, _) in names.items():
             row = table.get(file, {}).get(name)

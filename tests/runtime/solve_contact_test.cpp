@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "step_parts.h"
 #include "support/rig.h"
@@ -121,6 +122,38 @@ TEST(SolveContact, FrictionOfACarriedPieceIsThatOfBefore) {
   EXPECT_NEAR(pressed.target[0] - y[0], 0.4, 1e-5) << "of the force of before, not of three times it";
   EXPECT_NEAR(y[2], -0.25, 1e-5);
   EXPECT_NEAR(pressed.parts.memory.answer.multiplier[0], 1, 1e-5) << "the next piece starts from that force, too";
+}
+
+/// Leaves bytes of this value on the stack below the caller.
+[[gnu::noinline]] void fillStack(unsigned char value) {
+  volatile unsigned char bytes[1 << 16];
+  for (volatile unsigned char& byte : bytes) byte = value;
+}
+
+// A flat foot of 25 balls, dragged over a plate that yields and rubs, so that Coulomb's law is sometimes not solved and
+// the rounds of constant radii follow. An entry that is read before it is set would have what is left on the stack.
+TEST(SolveContact, DoesNotDependOnWhatIsOnTheStack) {
+  std::vector<Vector6> first;
+  std::uint32_t rounds = 0;
+  for (const int value : {0, 0x3f, 0x40, 0xc1}) {
+    SceneDescription d = test::toolAndObject(test::boxTree({2, 2, 0}, {5, 5, 1}, 0.7), test::boxTree({8, 8, 0}, {17, 17, 1}, 0.8));
+    d.objects[0].friction = 0.3;
+    d.objects[0].stiffness = 3;
+    test::Rig rig(d);
+    std::vector<Vector6> forces;
+    for (int k = 0; k < 300; ++k) {
+      const double t = 0.02 * k;
+      const Quaternion turn(Eigen::AngleAxisd(0.1 * std::sin(2 * t), Vector3d(1, 2, 3).normalized()));
+      fillStack(static_cast<unsigned char>(value));
+      const StepResult r = rig.toPoint({2 * std::sin(t), 1.5 * std::sin(1.7 * t), 2.5 - std::min(t, 2.0)}, turn);
+      forces.emplace_back();
+      forces.back() << r.wrench.force, r.wrench.torque;
+      rounds = std::max(rounds, r.friction_rounds);
+    }
+    if (value == 0) first = forces;
+    EXPECT_TRUE(forces == first) << "bytes of " << value;
+  }
+  EXPECT_GT(rounds, 1u) << "the rounds of constant radii are tested";
 }
 
 }  // namespace
