@@ -18,21 +18,17 @@ namespace spheretree::builder {
 
 namespace {
 
-constexpr double kRounded = 1 - 1e-12;  // factor on a tolerance, so that rounded radii still keep it
 constexpr int kMaxGuesses = 4;  // guesses of the number of leaves for a tolerance; each has about half the error of the previous one
 constexpr std::size_t kMedialSamplesASphere = 3;  // points of the Delaunay triangulation for each sphere, at least
 constexpr std::size_t kFewInside = 2;             // pools with fewer Voronoi balls than one over this of the samples are of a thin solid
 constexpr std::size_t kMinCandidates = 400, kManyCandidates = 200'000;
 constexpr std::size_t kCandidatesIfMany = 8;  // for each sphere, if there are many; memory grows with them
-constexpr std::size_t kMinSwapShare = 10;     // swaps for few spheres get at least one over this of the work of all
 
 struct Effort {
   std::size_t samples_a_sphere, min_samples;
   std::size_t candidates_a_sphere;  // of the first choice, from which the cover search starts; more of them hardly improve the result
   std::size_t medial_samples;       // points of the Delaunay triangulation, at least kMedialSamplesASphere for each sphere
   std::size_t touching_samples;     // how many of these points get a shrinking ball
-  std::uint64_t swap_work;
-  int gap_rounds;
   double search_moves;  // for each sphere
   std::uint64_t search_work;
   double search_step;
@@ -50,12 +46,10 @@ Effort effortOf(Quality quality) {
               .candidates_a_sphere = 6,
               .medial_samples = 1500,
               .touching_samples = 300,
-              .swap_work = 300'000,
-              .gap_rounds = 1,
-              .search_moves = 0.4,
+              .search_moves = 0.45,
               .search_work = 8'000'000,
               .search_step = 0.06,
-              .search_failures = 4,
+              .search_failures = 5,
               .gap_tolerance = 0.03,
               .removal_moves = 8,
               .starts = 1};
@@ -65,12 +59,10 @@ Effort effortOf(Quality quality) {
               .candidates_a_sphere = 20,
               .medial_samples = 6000,
               .touching_samples = 1500,
-              .swap_work = 10'000'000,
-              .gap_rounds = 3,
-              .search_moves = 0.6,
+              .search_moves = 0.7,
               .search_work = 60'000'000,
               .search_step = 0.04,
-              .search_failures = 5,
+              .search_failures = 6,
               .gap_tolerance = 0.02,
               .removal_moves = 25,
               .starts = 1};
@@ -80,12 +72,10 @@ Effort effortOf(Quality quality) {
               .candidates_a_sphere = 20,
               .medial_samples = 6000,
               .touching_samples = 1500,
-              .swap_work = 10'000'000,
-              .gap_rounds = 10,
-              .search_moves = 2,
+              .search_moves = 2.2,
               .search_work = 400'000'000,
               .search_step = 0.03,
-              .search_failures = 12,
+              .search_failures = 13,
               .gap_tolerance = 0.01,
               .removal_moves = 150,
               .starts = 5};
@@ -133,7 +123,7 @@ LevelBalls CoverBuilder::build(const BuildSettings& settings, Progress& progress
   return levelsAbove(cover(budget, progress), full, settings, progress);
 }
 
-// Makes a pool that is fine enough for `spheres`, and sets the corresponding effort.
+// Makes a pool that is fine enough for `spheres`.
 void CoverBuilder::fitPool(std::size_t spheres, Progress& progress) {
   const Effort effort = effortOf(quality_);
   const std::size_t samples = std::max(effort.medial_samples, kMedialSamplesASphere * spheres);
@@ -145,8 +135,6 @@ void CoverBuilder::fitPool(std::size_t spheres, Progress& progress) {
     if (pool_.empty()) throw BuildError("no ball fits inside the mesh: it is too thin for double precision, or inside out");
   }
   progress.stage("cover");
-  if (spheres != fitted_) covers_.clear();
-  fitted_ = spheres;
 }
 
 // The search for `spheres` balls, started from balls of the pool.
@@ -157,9 +145,6 @@ CoverSearch CoverBuilder::startSearch(std::size_t spheres, std::uint64_t seed, P
   sampling.seed = seed + 1;
   ChoiceSettings choice;
   choice.spheres = spheres;
-  choice.swap_work = effort.swap_work / fitted_ * std::max(spheres, fitted_ / kMinSwapShare + 1);
-  choice.gap_rounds = effort.gap_rounds;
-  choice.gap_tolerance = effort.gap_tolerance;
   choice.seed = seed + spheres;
   const std::size_t candidates =
       std::max(kMinCandidates, std::min(effort.candidates_a_sphere * spheres, std::max(kManyCandidates, kCandidatesIfMany * spheres)));
@@ -212,7 +197,7 @@ Cover CoverBuilder::coverWithin(double stand_off, std::size_t max_leaves, Progre
   // Each search ends in a local optimum of its own.
   tbb::parallel_for(std::size_t{0}, leaves_.size(), [&](std::size_t start) {
     if (begins) leaves_[start].emplace(startSearch(guess, seed_ + (std::uint64_t{start} << 32), progress));
-    leaves_[start]->fit(kRounded * stand_off, max_leaves, progress);
+    leaves_[start]->fit(stand_off, max_leaves, progress);
   });
   const auto has_fewer = [](const std::optional<CoverSearch>& a, const std::optional<CoverSearch>& b) {
     return std::pair(a->balls().size(), a->standOff()) < std::pair(b->balls().size(), b->standOff());

@@ -45,7 +45,6 @@ class CoverBuilder {
   bool is_soft_ = false;
   std::vector<Ball> pool_;
   std::size_t pool_samples_ = 0;                    // number of samples that the pool was made from
-  std::size_t fitted_ = 0;                          // number of spheres for which pool and samples were sized
   std::map<std::size_t, Cover> covers_;             // by number of spheres
   std::vector<std::optional<CoverSearch>> leaves_;  // searches of the leaves for the last tolerance
 };

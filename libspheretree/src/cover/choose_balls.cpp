@@ -12,9 +12,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "cover/gap_sampler.h"
 #include "cover/gap_table.h"
-#include "cover/swap_search.h"
 #include "geometry/sample_index.h"
 #include "medial/refit_ball.h"
 #include "medial/shrinking_balls.h"
@@ -36,11 +34,6 @@ constexpr double kFirstGoalFactor = 1.2;  // first goal, as a multiple of the st
 constexpr std::size_t kDenser = 8;        // times as many samples, from which those of balls with few samples are taken
 constexpr double kHexagon = 2.598;        // area of the largest cell of a flat spot, divided by the square of the spot's radius (Kershner)
 constexpr double kMaxSamples = 3;         // times the usual number, for a ball whose patch is a ring
-constexpr double kGapSpacing = 0.1;       // distance of the samples in gaps, in widths of a patch: one or a few for each gap
-constexpr double kGapSwapsGoalFactor =
-    1.15;  // first goal of the swaps with samples in gaps, as a multiple of the stand-off on the samples so far
-constexpr double kSearchGoalFactor =
-    1.005;  // first goal of the cover search if samples in gaps are known, as a multiple of the stand-off on the samples
 constexpr int kPatchRefitSteps = 12;                              // steps of the refit of a ball to its samples
 constexpr std::array<double, 4> kEdgeDepths{0.6, 1.0, 1.6, 2.5};  // of candidates below an edge, as multiples of the stand-off
 constexpr std::size_t kTooFew = 2;                  // a ball has too few samples if it has less than one over this of what it needs
@@ -49,7 +42,6 @@ constexpr double kUpperEnd = 1.05;                  // upper end of the first bi
 constexpr double kFirstLow = 0.5, kNextLow = 0.25;  // lower end of the bisection, likewise: of the first greedy cover, and after a top-up
 constexpr double kRoughStart = 0.01;                // first goal of a rough cover, as a share of the diagonal ...
 constexpr double kRoughSpheres = 512;               // ... for up to this number of spheres; for more in inverse proportion
-constexpr double kSwapStart = 0.002;                // share by which the first goal of the swaps is below the stand-off of their start
 
 template <class T>
 std::vector<T> everyNth(std::span<const T> all, std::size_t wanted) {
@@ -101,9 +93,9 @@ Assignment assign(const SampleIndex& samples, std::span<const Ball> balls, doubl
   return out;
 }
 
-// Repeats assignment and refit; keeps the best set of balls and returns its stand-off. `balls` have radius d(c);
-// `stand_off`: an estimate of theirs, which only saves time.
-double refitAll(const DistanceField& field, const SampleIndex& samples, std::vector<Ball>& balls, double stand_off, int passes,
+// Repeats assignment and refit; keeps the best set of balls. `balls` have radius d(c); `stand_off`: an estimate of
+// theirs, which only saves time.
+void refitAll(const DistanceField& field, const SampleIndex& samples, std::vector<Ball>& balls, double stand_off, int passes,
                 const Progress& progress) {
   std::vector<Ball> now = balls;
   double best = stand_off, reach = stand_off;
@@ -124,7 +116,6 @@ double refitAll(const DistanceField& field, const SampleIndex& samples, std::vec
       now[b] = {refit.centre, refit.clearance};
     });
   }
-  return best;
 }
 
 // Adds centres below a sharp convex edge or corner at `point`. The best ball for an edge has its centre about the
@@ -223,7 +214,7 @@ std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, 
                         std::vector<Ball>& candidates, std::vector<Ball>& balls, const Progress& progress) {
   double rise = kGoalGrowth;
   for (double high = kUpperEnd * h;; low = high, high *= rise, rise *= kGoalGrowth) {
-    thinToFit(samples, high, 0, candidates);
+    thinToFit(samples, high, candidates);
     const GapTable table(samples, candidates, high);
     const Greedy greedy = bisectGreedy(table, low, high, max_count, kBisections, progress);
     if (greedy.chosen.empty()) {
@@ -260,22 +251,6 @@ RoughCover roughGreedy(const DistanceField& field, std::span<const Vector3d> poi
   }
 }
 
-// Swaps balls for candidates, at stand-offs from `h` downward, with at most `max_count` balls at the end. The table
-// grows with `h`.
-void searchSwaps(const SampleIndex& samples, std::span<const Ball> candidates, double h, std::size_t max_count, std::uint64_t work,
-                 std::uint64_t seed, std::vector<Ball>& balls, const Progress& progress) {
-  std::vector<Ball> all = balls;
-  all.insert(all.end(), candidates.begin(), candidates.end());
-  thinToFit(samples, h, balls.size(), all);
-  GapTable table(samples, all, h);
-  std::vector<std::uint32_t> chosen(balls.size());
-  std::iota(chosen.begin(), chosen.end(), 0u);
-  SwapSearch search(table, std::move(chosen), seed);
-  chosen = search.run(static_cast<float>(h * (1 - kSwapStart)), max_count, work, progress);
-  balls.clear();
-  for (const std::uint32_t c : chosen) balls.push_back(all[c]);
-}
-
 }  // namespace
 
 ChosenBalls chooseBalls(const TriangleMesh& mesh, const DistanceField& field, std::span<const SurfaceSample> given,
@@ -299,8 +274,7 @@ ChosenBalls chooseBalls(const TriangleMesh& mesh, const DistanceField& field, st
   const SampleIndex uniform(points);
   SampleIndex samples(points);
   std::vector<Ball> balls;
-  int top_ups = 0;
-  for (; top_ups <= kMaxTopUps; ++top_ups) {
+  for (int top_ups = 0; top_ups <= kMaxTopUps; ++top_ups) {
     const std::size_t added = greedyBalls(field, samples, n, (top_ups == 0 ? kFirstLow : kNextLow) * h, h, candidates, balls, progress);
     const bool was_dry = added > 0 && static_cast<double>(balls.size()) < kFull * static_cast<double>(n);
     const std::vector<Vector3d> more = samplesWhereFew(mesh, uniform, samples, balls, h, field.area(), given.size() / n, random());
@@ -310,27 +284,10 @@ ChosenBalls chooseBalls(const TriangleMesh& mesh, const DistanceField& field, st
     samples = SampleIndex(points);
   }
 
-  searchSwaps(samples, candidates, h, n, settings.swap_work, random(), balls, progress);
-  double stand_off = refitAll(field, samples, balls, h, settings.refits, progress);
-  double start = ChosenBalls().start;
-  if (top_ups > 0 && settings.gap_rounds > 0) {
-    // Uniform samples were unsuitable. What they miss, such as the edges of a faceted rod, determines how many balls
-    // each region needs; if only the cover search noticed it, it would have to move balls along the whole rod.
-    GapSampler gaps(mesh, field, n, kGapSpacing);
-    for (int round = 0; round < settings.gap_rounds; ++round) {
-      const std::vector<Vector3d> missed = gaps.find(balls, stand_off, settings.gap_tolerance, nullptr, progress);
-      if (missed.empty()) break;
-      points.insert(points.end(), missed.begin(), missed.end());
-      samples = SampleIndex(points);
-      searchSwaps(samples, candidates, kGapSwapsGoalFactor * stand_off, n, settings.swap_work, random(), balls, progress);
-      stand_off = refitAll(field, samples, balls, kGapSwapsGoalFactor * stand_off, settings.refits, progress);
-    }
-    start = kSearchGoalFactor;
-  }
-
+  refitAll(field, samples, balls, h, settings.refits, progress);
   // Unused spheres start as copies; the next step moves each to where it is most useful.
   for (std::size_t i = 0; balls.size() < n; ++i) balls.push_back(balls[i]);
-  return {std::move(balls), std::move(points), start, random()};
+  return {std::move(balls), std::move(points), random()};
 }
 
 double roughStandOff(const DistanceField& field, std::span<const SurfaceSample> samples, std::span<const Ball> pool, std::size_t spheres,

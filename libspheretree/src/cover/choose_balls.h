@@ -18,11 +18,8 @@ inline constexpr std::size_t kRoughSamples = 10;      // samples for each sphere
 inline constexpr std::size_t kMinRoughSamples = 500;  // at least, for few spheres
 
 struct ChoiceSettings {
-  std::size_t spheres = 512;              // N, >= 1
-  std::uint64_t swap_work = 200'000'000;  // entries of the candidate table that the swaps may touch: limits their time on any mesh
-  int refits = 3;                         // passes that assign samples to balls and refit the balls; >= 0
-  int gap_rounds = 3;           // swap rounds with samples in gaps of the mesh, for objects where uniform samples are unsuitable; >= 0
-  double gap_tolerance = 0.02;  // gaps shallower than this share of the stand-off get no samples; > 0
+  std::size_t spheres = 512;  // N, >= 1
+  int refits = 3;             // passes that assign samples to balls and refit the balls; >= 0
   std::uint64_t seed = 1;
 };
 

@@ -15,6 +15,7 @@ namespace {
 constexpr std::uint64_t kMinAttempts = 8;   // the work is divided into at least this many attempts, so that one unreachable goal cannot
                                             // use all of it where refits are expensive
 constexpr std::uint64_t kTriangleWork = 4;  // cost of a triangle that is searched for gaps, in triangles or points of a refit
+constexpr double kFirstGoal = 1.1;          // first goal, as a multiple of the stand-off on the samples: points between them lie farther out
 constexpr double kRise = 0.05;              // share by which the first goal rises at first, if it cannot be reached
 constexpr double kRiseGrowth = 1.5;         // factor by which this share grows each time
 constexpr double kFirstReach = 0.01;        // share of the diagonal: first guess of the stand-off, which only saves time
@@ -22,6 +23,7 @@ constexpr std::uint64_t kLeftOver = 2;      // one over this of the work is left
 constexpr double kStepGrowth = 1.3;         // factor on the step after a goal that was reached ...
 constexpr double kLargestStep = 2;          // ... up to this multiple of the first step
 constexpr double kClosed = 0.5;             // share of the gap tolerance to which close() closes gaps
+constexpr double kRounded = 1 - 1e-12;      // factor on a wanted stand-off, so that rounded radii still keep it
 constexpr std::array<double, 2> kGoalRises{0, 0.5};  // rises of the stand-off that close() tries, as shares of the gap tolerance
 
 }  // namespace
@@ -31,15 +33,10 @@ CoverSearch::CoverSearch(const TriangleMesh& mesh, const DistanceField& field, C
     : settings_(settings),
       points_(std::move(start.samples)),
       sampler_(mesh, field, start.balls.size(), settings.gap_spacing),
-      state_(field, points_, std::move(start.balls), std::mt19937_64(start.seed)()) {
-  // Balls that cover all samples leave gaps between them. The goal rises from there, with the balls in their moved
-  // positions, and faster each time: from a goal that is too high the way down is short, and work spent on unreachable
-  // first goals would be missing later.
-  double goal = start.start * state_.standOff(kFirstReach * field.diagonal()), rise = kRise;
-  for (state_.setGoal(goal); !settle(goal, settings_.gap_tolerance, work() + attempt(), progress); state_.setGoal(goal))
-    goal *= 1 + rise, rise *= kRiseGrowth;
-  keep(goal);
-  max_work_ = std::max(settings_.work, work() + settings_.work / kLeftOver);
+      state_(field, points_, std::move(start.balls), std::mt19937_64(start.seed)()),
+      max_work_(settings.work) {
+  settleFrom(kFirstGoal * state_.standOff(kFirstReach * field.diagonal()), progress);
+  leaveWork();
 }
 
 Cover CoverSearch::cover() const {
@@ -64,7 +61,19 @@ void CoverSearch::lower(double target, Progress& progress) {
   }
 }
 
+void CoverSearch::resize(std::size_t balls, Progress& progress) {
+  if (balls > best_.size()) addBalls(0, balls, progress);
+  if (balls < best_.size()) {
+    state_.setBalls(best_);
+    state_.setGoal(stand_off_);
+    setCount(balls);
+    settleFrom(stand_off_, progress);
+  }
+  leaveWork();
+}
+
 bool CoverSearch::fit(double wanted, std::size_t max_balls, Progress& progress) {
+  wanted *= kRounded;
   // A slightly corrected stand-off shares the moves of the last one; a different one has moves of its own.
   if (std::abs(wanted - fitted_to_) > settings_.step * wanted) removal_moves_ = 0;
   fitted_to_ = wanted;
@@ -102,6 +111,22 @@ bool CoverSearch::coverAll(std::uint64_t max_work, Progress& progress) {
   return state_.coverAll(settings_.moves, max_work - std::min(max_work, looked_at_), progress);
 }
 
+// Reaches the goal or, if that takes too long, a higher one. The goal rises with the balls in their moved positions, and
+// faster each time: from a goal that is too high the way down is short, and work spent on unreachable first goals would
+// be missing later.
+void CoverSearch::settleFrom(double goal, Progress& progress) {
+  for (double rise = kRise;; goal *= 1 + rise, rise *= kRiseGrowth) {
+    state_.setGoal(goal);
+    const std::uint64_t max_work = work() + attempt();
+    if (coverAll(max_work, progress) && settle(goal, toleranceAt(goal), max_work, progress)) return keep(goal);
+  }
+}
+
+void CoverSearch::setCount(std::size_t balls) {
+  while (state_.balls().size() > balls) state_.removeBall();
+  while (state_.balls().size() < balls) state_.addBall();
+}
+
 // Also covers the mesh between the samples at the goal, except for gaps shallower than this share of it, by adding
 // samples at uncovered points. Returns false if that fails.
 bool CoverSearch::settle(double goal, double tolerance, std::uint64_t max_work, Progress& progress) {
@@ -125,18 +150,18 @@ bool CoverSearch::change(std::size_t balls, double goal, Progress& progress) {
   const std::uint64_t max_work = work() + attempt();
   state_.setBalls(best_);
   state_.setGoal(goal);
-  while (state_.balls().size() > balls) state_.removeBall();
-  while (state_.balls().size() < balls) state_.addBall();
+  setCount(balls);
   if (!coverAll(max_work, progress) || !settle(goal, toleranceAt(goal), max_work, progress)) return false;
   keep(goal);
   return true;
 }
 
-// Adds balls until the stand-off is reached, in steps: for each the number that follows from stand-off ~ 1/n, or more
-// if that does not suffice.
+// Adds balls until the stand-off or their largest number is reached, in steps: for each the number that follows from
+// stand-off ~ 1/n, or more if that does not suffice.
 void CoverSearch::addBalls(double wanted, std::size_t max_balls, Progress& progress) {
   const auto limit = static_cast<double>(max_balls);
-  for (double more = 1; stand_off_ > wanted && best_.size() < max_balls;) {
+  const std::uint64_t max_work = work() + settings_.work;
+  for (double more = 1; stand_off_ > wanted && best_.size() < max_balls && work() < max_work;) {
     const double goal = std::max(wanted, (1 - settings_.step) * stand_off_), now = static_cast<double>(best_.size()),
                  needed = std::min(std::max(std::ceil(more * now * stand_off_ / goal), now + 1), limit);
     if (change(static_cast<std::size_t>(needed), goal, progress))
@@ -174,6 +199,9 @@ void CoverSearch::removeBalls(Progress& progress) {
 std::uint64_t CoverSearch::attempt() const { return settings_.work / kMinAttempts + kTriangleWork * sampler_.triangles(); }
 
 double CoverSearch::toleranceAt(double goal) const { return (goal <= fitted_to_ ? kClosed : 1) * settings_.gap_tolerance; }
+
+// At least a share of the work is left to lower the stand-off, whatever has been spent before.
+void CoverSearch::leaveWork() { max_work_ = std::max(max_work_, work() + settings_.work / kLeftOver); }
 
 void CoverSearch::keep(double goal) {
   best_ = state_.balls();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The search for a tight cover in continuous space: one state, three moves, one work budget. It lowers the stand-off
-// for a given number of balls, or finds few balls for a given stand-off, and continues from the cover of the last call.
+// for a given number of balls, changes that number, or finds few balls for a given stand-off, and continues from the
+// cover of the last call.
 // docs/algorithms/cover/cover_search.md
 #pragma once
 
@@ -25,12 +26,10 @@ struct Cover {
 struct ChosenBalls {
   std::vector<Ball> balls;               // radius d(c)
   std::vector<Eigen::Vector3d> samples;  // on the surface
-  double start =
-      1.1;  // first goal of the stand-off, as a multiple of that on the samples, so that points between the samples are covered; >= 1
   std::uint64_t seed = 1;  // of the random numbers of the search
 };
 
-inline constexpr int kMovesBeside = 10;  // moves that a search gets beside those for each of its balls
+inline constexpr int kMovesBeside = 40;  // moves that a search gets beside those for each of its balls
 
 struct SearchSettings {
   double step = 0.02;  // each goal of lower() is this share below the last one, initially; fit() removes this share of the balls; (0, 0.5)
@@ -59,6 +58,8 @@ class CoverSearch {
 
   /// Lowers the stand-off of the current balls until it is at most `target` or the work budget is spent.
   void lower(double target, Progress& progress);
+  /// Adds or removes balls until there are `balls` (>= 1); the stand-off falls or rises with their number.
+  void resize(std::size_t balls, Progress& progress);
   /// Adds balls, up to `max_balls`, until the stand-off is at most `wanted` [mm], then removes as many as possible;
   /// gaps are as shallow as after close(). Returns false if `max_balls` do not suffice; the cover then has the smallest
   /// stand-off found for `max_balls`.
@@ -69,6 +70,8 @@ class CoverSearch {
  private:
   bool coverAll(std::uint64_t max_work, Progress& progress);
   bool settle(double goal, double tolerance, std::uint64_t max_work, Progress& progress);
+  void settleFrom(double goal, Progress& progress);
+  void setCount(std::size_t balls);
   bool change(std::size_t balls, double goal, Progress& progress);
   void addBalls(double wanted, std::size_t max_balls, Progress& progress);
   void removeBalls(Progress& progress);
@@ -76,13 +79,14 @@ class CoverSearch {
   std::uint64_t attempt() const;
   double toleranceAt(double goal) const;
   void keep(double goal);
+  void leaveWork();
 
   SearchSettings settings_;
   std::vector<Eigen::Vector3d> points_;
   GapSampler sampler_;
   CoverState state_;
   std::uint64_t looked_at_ = 0;                // triangles searched for gaps, in units of work
-  std::uint64_t max_work_ = 0;                 // work budget of lower()
+  std::uint64_t max_work_;                     // work budget of lower()
   std::uint64_t removal_moves_ = 0;            // moves for removals so far, at this stand-off
   std::pair<double, double> looked_for_ = {};  // goal and tolerance of the last search for gaps
   double fitted_to_ = 0;                       // the stand-off of fit() [mm]

@@ -13,18 +13,6 @@ namespace {
 
 constexpr std::size_t kMaxEntries = 25'000'000, kEntriesASample = 400;
 
-void compact(std::vector<GapTable::Entry>& entries, std::vector<std::size_t>& begin, float limit) {
-  std::size_t to = 0, from = 0;
-  for (std::size_t i = 0; i + 1 < begin.size(); ++i) {
-    const std::size_t end = begin[i + 1];
-    begin[i] = to;
-    for (; from < end; ++from)
-      if (entries[from].gap <= limit) entries[to++] = entries[from];
-  }
-  begin.back() = to;
-  entries.resize(to);
-}
-
 }  // namespace
 
 GapTable::GapTable(const SampleIndex& samples, std::span<const Ball> candidates, double limit) {
@@ -53,11 +41,6 @@ GapTable::GapTable(const SampleIndex& samples, std::span<const Ball> candidates,
   transpose(samples.size());
 }
 
-void GapTable::restrict(float limit) {
-  compact(by_candidate_, candidate_begin_, limit);
-  compact(by_sample_, sample_begin_, limit);
-}
-
 void GapTable::transpose(std::size_t samples) {
   sample_begin_.assign(samples + 1, 0);
   for (const Entry& e : by_candidate_) ++sample_begin_[e.id + 1];
@@ -69,15 +52,15 @@ void GapTable::transpose(std::size_t samples) {
       by_sample_[at[by_candidate_[k].id]++] = {static_cast<std::uint32_t>(c), by_candidate_[k].gap};
 }
 
-void thinToFit(const SampleIndex& samples, double limit, std::size_t fixed, std::vector<Ball>& candidates) {
+void thinToFit(const SampleIndex& samples, double limit, std::vector<Ball>& candidates) {
   constexpr std::size_t kStride = 64;
   std::size_t entries = 0;
   for (std::size_t c = 0; c < candidates.size(); c += kStride)
     samples.within(candidates[c].centre, candidates[c].radius + limit, [&](std::uint32_t, double) { ++entries; });
   const std::size_t every = 1 + kStride * entries / std::min(kMaxEntries, kEntriesASample * samples.size());
   if (every == 1) return;
-  std::size_t kept = fixed;
-  for (std::size_t c = fixed; c < candidates.size(); c += every) candidates[kept++] = candidates[c];
+  std::size_t kept = 0;
+  for (std::size_t c = 0; c < candidates.size(); c += every) candidates[kept++] = candidates[c];
   candidates.resize(kept);
 }
 

@@ -28,9 +28,6 @@ class GapTable {
   std::span<const Entry> ofCandidate(std::size_t c) const { return span(by_candidate_, candidate_begin_, c); }
   std::span<const Entry> ofSample(std::size_t s) const { return span(by_sample_, sample_begin_, s); }
 
-  /// Removes the entries with a gap above `limit`.
-  void restrict(float limit);
-
  private:
   static std::span<const Entry> span(const std::vector<Entry>& entries, const std::vector<std::size_t>& begin, std::size_t i) {
     return {entries.data() + begin[i], begin[i + 1] - begin[i]};
@@ -41,10 +38,9 @@ class GapTable {
   std::vector<Entry> by_candidate_, by_sample_;
 };
 
-/// Removes candidates evenly, except the first `fixed`, until a gap table up to `limit` has at most about 400 entries a
-/// sample and 25 million entries (of 16 bytes) in total. Otherwise very slender, very round or very deep trees would
-/// exhaust the memory.
-void thinToFit(const SampleIndex& samples, double limit, std::size_t fixed, std::vector<Ball>& candidates);
+/// Removes candidates evenly until a gap table up to `limit` has at most about 400 entries a sample and 25 million
+/// entries (of 16 bytes) in total. Otherwise very slender, very round or very deep trees would exhaust the memory.
+void thinToFit(const SampleIndex& samples, double limit, std::vector<Ball>& candidates);
 
 /// Lazy greedy set cover at stand-off `h`. Empty if it would need more than `max_count` sets. Ties go to the lower
 /// candidate.

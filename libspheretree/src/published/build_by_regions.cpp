@@ -17,7 +17,6 @@
 #include "medial/adaptive_medial_axis.h"
 #include "medial/shrinking_balls.h"
 #include "medial/surface_regions.h"
-#include "published/split_and_drop.h"
 #include "tree/hierarchy.h"
 
 namespace spheretree::builder {
@@ -32,8 +31,6 @@ constexpr double kErrorFactor = 2;        // ratio of the overhangs of the resul
 constexpr int kRootRefits = 3;            // as in the paper
 constexpr double kNegligible = 1e-6;      // as a share of the diagonal: radius of a ball that no point needs
 constexpr std::size_t kMinPoints = 1000;
-constexpr std::size_t kFirstSteps = 8;       // for a tolerance: bisection ends within 1/kFirstSteps of the smallest number of balls
-constexpr std::size_t kStepsDown = 25;       // ... and then the number decreases by 1/kStepsDown in each step
 constexpr std::size_t kExtraWorkBalls = 64;  // fewer balls have more points each: the work of a level is that of so many balls more
 constexpr std::size_t kSitesFrom = 20;       // the first sites are the farthest from each other of this multiple of points
 constexpr std::size_t kRootPoints = 200;     // with inner balls, one of which may be the best root
@@ -41,12 +38,12 @@ constexpr std::size_t kPointsFrom = 4;       // as kSitesFrom, for the points of
 
 struct Effort {
   std::size_t points_a_ball, max_points, reducer_points, reducer_balls;
-  int exchange_rounds;
   double search_moves;  // for each ball
   double search_step;
   int search_failures;
   std::uint64_t search_work;  // for each ball
   double gap_tolerance;
+  double removal_moves;  // for each ball
 };
 
 Effort effortOf(Quality quality) {
@@ -54,36 +51,36 @@ Effort effortOf(Quality quality) {
     case Quality::Quick:
       return {.points_a_ball = 8,
               .max_points = 200'000,
-              .reducer_points = 120,
-              .reducer_balls = 120,
-              .exchange_rounds = 4,
-              .search_moves = 0.15,
+              .reducer_points = 80,
+              .reducer_balls = 80,
+              .search_moves = 0.3,
               .search_step = 0.06,
-              .search_failures = 2,
-              .search_work = 2'000,
-              .gap_tolerance = 0.04};
+              .search_failures = 3,
+              .search_work = 20'000,
+              .gap_tolerance = 0.04,
+              .removal_moves = 8};
     case Quality::Standard:
       return {.points_a_ball = 12,
               .max_points = 400'000,
-              .reducer_points = 100,
-              .reducer_balls = 150,
-              .exchange_rounds = 8,
-              .search_moves = 0.6,
-              .search_step = 0.1,
-              .search_failures = 2,
-              .search_work = 6'000,
-              .gap_tolerance = 0.04};
+              .reducer_points = 50,
+              .reducer_balls = 75,
+              .search_moves = 0.5,
+              .search_step = 0.06,
+              .search_failures = 3,
+              .search_work = 60'000,
+              .gap_tolerance = 0.04,
+              .removal_moves = 25};
     case Quality::Best:
       return {.points_a_ball = 48,
               .max_points = 800'000,
-              .reducer_points = 1000,
-              .reducer_balls = 1000,
-              .exchange_rounds = 40,
-              .search_moves = 0.5,
+              .reducer_points = 500,
+              .reducer_balls = 500,
+              .search_moves = 0.6,
               .search_step = 0.03,
               .search_failures = 6,
-              .search_work = 40'000,
-              .gap_tolerance = 0.01};
+              .search_work = 100'000,
+              .gap_tolerance = 0.01,
+              .removal_moves = 60};
   }
   return {};
 }
@@ -119,9 +116,9 @@ class TopDownBuilder {
       if (isGoodEnough(levels.back())) break;
       count *= static_cast<std::size_t>(settings_.branching);
       levels.push_back(reduceAll(levels.back()));
-      evenOut(levels.back(), count);
+      evenOut(levels.back(), count, settings_.tolerance_mm);
     }
-    if (settings_.tolerance_mm > 0 && isGoodEnough(levels.back())) takeFewest(levels);
+    if (settings_.tolerance_mm > 0 && isGoodEnough(levels.back())) thinAbove(levels);
     return levels;
   }
 
@@ -223,26 +220,27 @@ class TopDownBuilder {
     return axis_->refine(region_of, targets, progress_);
   }
 
-  // Evens out the level as a whole, since a ball may also serve its neighbours' regions. Exchanges distribute the
-  // balls; then a local search in continuous space lowers the common stand-off and covers the surface between the
-  // points.
-  void evenOut(std::vector<FittedBall>& balls, std::size_t count) {
-    std::vector<Vector3d> points = levelPoints(count);
-    splitAndDrop(field_, points, balls, {count, kNegligible * field_.diagonal(), effort_.exchange_rounds}, progress_);
+  // Evens out the level as a whole, since a ball may also serve its neighbours' regions: the cover search distributes
+  // at most `count` balls, covers the surface between the points, and lowers the common stand-off. With a tolerance, it
+  // finds the fewest balls that keep it.
+  void evenOut(std::vector<FittedBall>& balls, std::size_t count, double tolerance) {
     std::vector<Ball> inscribed;
     for (const FittedBall& b : balls) inscribed.push_back({b.centre, b.clearance});
-    // Unused balls start as copies; the search moves each to where it is most useful.
-    if (!isGoodEnough(balls))
-      for (std::size_t i = 0; inscribed.size() < count; ++i) inscribed.push_back(inscribed[i]);
-    SearchSettings lowering;
-    lowering.step = effort_.search_step;
-    lowering.moves = kMovesBeside + static_cast<int>(effort_.search_moves * static_cast<double>(balls.size()));
-    lowering.work = effort_.search_work * (balls.size() + kExtraWorkBalls);
-    lowering.failures = effort_.search_failures;
-    lowering.gap_tolerance = effort_.gap_tolerance;
-    ChosenBalls start{.balls = std::move(inscribed), .samples = std::move(points), .seed = settings_.seed};
-    CoverSearch search(mesh_, field_, std::move(start), lowering, progress_);
-    search.lower(settings_.tolerance_mm, progress_);
+    SearchSettings search_settings;
+    search_settings.step = effort_.search_step;
+    search_settings.moves = kMovesBeside + static_cast<int>(effort_.search_moves * static_cast<double>(count));
+    search_settings.work = effort_.search_work * (count + kExtraWorkBalls);
+    search_settings.failures = effort_.search_failures;
+    search_settings.gap_tolerance = effort_.gap_tolerance;
+    search_settings.removal_moves = effort_.removal_moves;
+    ChosenBalls start{.balls = std::move(inscribed), .samples = levelPoints(count), .seed = settings_.seed};
+    CoverSearch search(mesh_, field_, std::move(start), search_settings, progress_);
+    if (tolerance > 0) {
+      search.fit(tolerance, count, progress_);
+    } else {
+      search.resize(count, progress_);
+      search.lower(kNegligible * field_.diagonal(), progress_);
+    }
     balls.clear();
     for (const Ball& b : search.balls()) balls.push_back({b.centre, b.radius + search.standOff(), b.radius});
   }
@@ -268,35 +266,13 @@ class TopDownBuilder {
     return assignToRegions(surface_.points, surface_.ball_density, all);
   }
 
-  // Finds the deepest level with the smallest number of balls that keeps the tolerance; the levels above get only as
-  // many balls as its balls need as parents.
-  void takeFewest(Levels& levels) {
-    std::vector<FittedBall> leaves = levels.back();
-    const std::vector<FittedBall> above = levels.size() > 1 ? levels[levels.size() - 2] : leaves;
-    std::size_t low = levels.size() > 1 ? above.size() : 0;  // known to be too few
-    // Whether a number suffices depends on the start of the search: from more balls, of which some are removed, or from
-    // the fewer balls of the level above, of which some are split.
-    const auto suffice = [&](std::size_t count) {
-      for (std::vector<FittedBall> balls : {leaves, above}) {
-        evenOut(balls, count);
-        if (!isGoodEnough(balls)) continue;
-        leaves = std::move(balls);
-        return true;
-      }
-      return false;
-    };
-    while (leaves.size() > low + std::max<std::size_t>(1, leaves.size() / kFirstSteps)) {
-      const std::size_t middle = low + (leaves.size() - low) / 2;
-      if (!suffice(middle)) low = middle;
-    }
-    // Stepping down from a sufficient number reaches smaller numbers than further bisection.
-    for (bool goes_on = true; goes_on;)
-      goes_on = leaves.size() > 1 && suffice(leaves.size() - std::max<std::size_t>(1, leaves.size() / kStepsDown));
-    const std::vector<std::size_t> counts = levelCounts(leaves.size(), settings_.branching);
+  // The levels above get only as many balls as the deepest level needs as parents.
+  void thinAbove(Levels& levels) {
+    const std::vector<std::size_t> counts = levelCounts(levels.back().size(), settings_.branching);
     for (std::size_t level = 1; level + 1 < counts.size(); ++level)
-      if (levels[level].size() > counts[level]) evenOut(levels[level], counts[level]);
+      if (levels[level].size() > counts[level]) evenOut(levels[level], counts[level], 0);
+    std::swap(levels[counts.size() - 1], levels.back());
     levels.resize(counts.size());
-    levels.back() = std::move(leaves);
   }
 
   const TriangleMesh& mesh_;

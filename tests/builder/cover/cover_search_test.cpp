@@ -248,6 +248,41 @@ TEST(CoverSearch, FitContinuesFromTheCoverThatItEndedWith) {
   EXPECT_LE(static_cast<double>(counts[3]), 1.1 * static_cast<double>(counts[0]));
 }
 
+// The start does not matter much: the search for 60 balls ends alike from 10, 60 and 200 random ones.
+TEST(CoverSearch, ResizedCoversAreAsTightAsThoseOfTheWantedNumber) {
+  const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
+  const DistanceField field(mesh);
+  const std::vector<Vector3d> points = test::densePoints(mesh, 2, 1);
+  Progress progress;
+  const double direct = lowering(mesh, randomInside(mesh, 60, 1), points, quick()).stand_off;
+  for (const std::size_t from : {10, 200}) {
+    CoverSearch search = searchFrom(mesh, field, randomInside(mesh, from, 1), points, quick());
+    search.resize(60, progress);
+    EXPECT_EQ(search.balls().size(), 60u);
+    search.lower(0, progress);
+    EXPECT_EQ(search.balls().size(), 60u);
+    EXPECT_LE(search.standOff(), 1.1 * direct) << from;
+  }
+}
+
+TEST(CoverSearch, ResizedCoversHold) {
+  const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
+  const DistanceField field(mesh);
+  const std::vector<Vector3d> dense = test::densePoints(mesh, 60, 3);
+  Progress progress;
+  CoverSearch search = searchFrom(mesh, field, randomInside(mesh, 40, 2), mesh.positions, quick());
+  for (const std::size_t count : {40, 12, 1, 25}) {
+    const double before = search.standOff();
+    const bool grows = count > search.balls().size(), shrinks = count < search.balls().size();
+    search.resize(count, progress);
+    ASSERT_EQ(search.balls().size(), count);
+    if (grows) EXPECT_LT(search.standOff(), before) << count;
+    if (shrinks) EXPECT_GE(search.standOff(), before) << count;
+    for (const Ball& b : search.balls()) EXPECT_NEAR(b.radius, test::bruteDistance(mesh, b.centre), 1e-12);
+    EXPECT_LE(test::largestGap(dense, grown(search.balls(), search.standOff())), 1.01 * quick().gap_tolerance * search.standOff()) << count;
+  }
+}
+
 TEST(CoverSearch, FitSaysWhereTheNumberOfBallsDoesNotSuffice) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   const DistanceField field(mesh);
