@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "support/random.h"
 #include "support/sample_trees.h"
 
 namespace spheretree {
@@ -97,6 +98,49 @@ TEST(SmallestEnclosing, SurvivesBallsThatCoincideOrLieOnALine) {
 TEST(SmallestEnclosing, IsInfiniteIfTheRadiusFitsNoFloat) {
   const float far = std::numeric_limits<float>::max();
   EXPECT_EQ(smallestEnclosing(std::vector<Sphere>{{far, 0, 0, far}, {-far, 0, 0, far}}).radius, std::numeric_limits<float>::infinity());
+}
+
+TEST(SmallestEnclosing, BallOfPointsInClosedForm) {
+  using Eigen::Vector3d;
+  EXPECT_EQ(smallestEnclosing(std::vector<Vector3d>{}).radius, 0);
+  EXPECT_EQ(smallestEnclosing(std::vector<Vector3d>{{3, 4, 5}}).centre, Vector3d(3, 4, 5));
+  const Ball pair = smallestEnclosing(std::vector<Vector3d>{{0, 0, 0}, {2, 0, 0}, {2, 0, 0}});
+  EXPECT_NEAR(pair.radius, 1, 1e-12);
+  std::vector<Vector3d> cube;
+  for (int i = 0; i < 8; ++i) cube.emplace_back(i & 1, (i >> 1) & 1, (i >> 2) & 1);
+  const Ball ball = smallestEnclosing(cube);
+  EXPECT_NEAR(ball.radius, std::sqrt(0.75), 1e-12);
+  EXPECT_LT((ball.centre - Vector3d::Constant(0.5)).norm(), 1e-12);
+  const Ball line = smallestEnclosing(std::vector<Vector3d>{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {7, 0, 0}});
+  EXPECT_NEAR(line.radius, 3.5, 1e-12);
+}
+
+// In double precision, of balls and of points (balls of radius 0), some of them flat and some repeated.
+TEST(SmallestEnclosing, EnclosesAllAndNoNearbyCentreDoesBetter) {
+  test::Random random(1);
+  for (int round = 0; round < 400; ++round) {
+    const bool flat = random.below(4) == 0, are_points = round % 2 == 0;
+    std::vector<Ball> balls(1 + random.below(40));
+    for (std::size_t i = 0; i < balls.size(); ++i) {
+      balls[i] = {random.inCube(10), are_points ? 0 : 3 * random.unit()};
+      if (flat) balls[i].centre.z() = 1;
+      if (random.below(5) == 0) balls[i] = balls[random.below(i + 1)];
+    }
+    std::vector<Eigen::Vector3d> points;
+    for (const Ball& b : balls) points.push_back(b.centre);
+    const auto reach = [&](const Eigen::Vector3d& c) {
+      double largest = 0;
+      for (const Ball& b : balls) largest = std::max(largest, (b.centre - c).norm() + b.radius);
+      return largest;
+    };
+    const Ball ball = are_points ? smallestEnclosing(points) : smallestEnclosing(balls);
+    EXPECT_GE(ball.radius, reach(ball.centre) * (1 - 1e-15));
+    // The largest distance is a convex function of the centre: if no neighbouring centre is better, none is.
+    for (int k = 0; k < 200; ++k) {
+      const double step = k % 2 == 0 ? 1e-3 : 0.5;
+      EXPECT_GE(reach(ball.centre + step * random.direction()), ball.radius * (1 - 1e-9)) << "round " << round;
+    }
+  }
 }
 
 }  // namespace

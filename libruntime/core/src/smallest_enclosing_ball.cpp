@@ -7,7 +7,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <utility>
 #include <vector>
 
 #include "spheretree/core/rounding.h"
@@ -15,10 +14,9 @@
 namespace spheretree {
 namespace {
 
-struct Ball {
-  Eigen::Vector3d centre;
-  double radius;
-};
+/// Balls and points, which are balls of radius 0, share one search.
+Ball ballOf(const Ball& ball) { return ball; }
+Ball ballOf(const Eigen::Vector3d& point) { return {point, 0}; }
 
 /// The radius about `centre` that encloses `ball`. The writer and the reader evaluate the same expression, and each of
 /// its operations is correctly rounded everywhere, so that both get the same result.
@@ -30,20 +28,31 @@ double reach(const Eigen::Vector3d& centre, const Ball& ball) {
 constexpr double kFlat =
     1e-15;  // squared area or volume of edges, divided by the product of their squares: below it, the edges count as dependent
 
+constexpr std::size_t kMaxBasis = 4;  // balls that determine the smallest one around them, at most
+
+/// Up to kMaxBasis balls, and one that enters.
+struct Basis {
+  std::array<Ball, kMaxBasis + 1> ball;
+  std::array<std::size_t, kMaxBasis + 1> index;  // among all balls
+  std::size_t size = 0;
+  void add(const Ball& b, std::size_t i) { ball[size] = b, index[size++] = i; }
+  bool contains(std::size_t i) const { return std::find(index.begin(), index.begin() + size, i) != index.begin() + size; }
+};
+
 /// Centres of the balls that enclose and touch all of `support` (1 to 4 balls), in the order of their radii: up to two.
 /// With q_i = c_i - c_0 and d_i = r_i - r_0, a centre c_0 + x at s = R - r_0 satisfies |x| = s and 2 q_i . x = |q_i|^2
 /// - d_i^2 + 2 d_i s: x is linear in s, and s solves a quadratic equation.
-int tangentCentres(std::span<const Ball* const> support, std::array<Eigen::Vector3d, 2>& centres) {
-  const Ball& origin = *support[0];
-  if (support.size() == 1) {
+int tangentCentres(const Basis& support, std::array<Eigen::Vector3d, 2>& centres) {
+  const Ball& origin = support.ball[0];
+  if (support.size == 1) {
     centres[0] = origin.centre;
     return 1;
   }
-  const std::size_t count = support.size() - 1;
+  const std::size_t count = support.size - 1;
   std::array<Eigen::Vector3d, 3> q;
   std::array<double, 3> constant, slope;  // of the right-hand side in s
   for (std::size_t i = 0; i < count; ++i) {
-    const Ball& ball = *support[i + 1];
+    const Ball& ball = support.ball[i + 1];
     q[i] = ball.centre - origin.centre;
     slope[i] = ball.radius - origin.radius;
     constant[i] = 0.5 * (q[i].squaredNorm() - slope[i] * slope[i]);
@@ -90,63 +99,77 @@ int tangentCentres(std::span<const Ball* const> support, std::array<Eigen::Vecto
   return found;
 }
 
-double reachAll(const Eigen::Vector3d& centre, std::span<const Ball* const> balls) {
+double reachAll(const Eigen::Vector3d& centre, const Basis& basis) {
   double radius = 0;
-  for (const Ball* ball : balls) radius = std::max(radius, reach(centre, *ball));
+  for (std::size_t i = 0; i < basis.size; ++i) radius = std::max(radius, reach(centre, basis.ball[i]));
   return radius;
 }
 
-/// Centre of the smallest ball that encloses `balls`. A basis of at most four balls determines it. As long as some ball
+/// The smallest ball that encloses the balls of `five` is determined by the first of them and at most three others, all
+/// of which are tried. Returns its radius, which is infinite if none is found, and keeps those balls.
+double keepBasis(Basis& five, Eigen::Vector3d& centre) {
+  Basis best;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (unsigned subset = 1; subset < (1u << five.size); subset += 2) {
+    if (std::popcount(subset) > static_cast<int>(kMaxBasis)) continue;
+    Basis support;
+    for (std::size_t i = 0; i < five.size; ++i)
+      if (subset >> i & 1) support.add(five.ball[i], five.index[i]);
+    std::array<Eigen::Vector3d, 2> centres;
+    const int count = tangentCentres(support, centres);
+    for (int i = 0; i < count; ++i) {
+      const double radius = reachAll(centres[static_cast<std::size_t>(i)], five);
+      if (radius < smallest) smallest = radius, centre = centres[static_cast<std::size_t>(i)], best = support;
+    }
+  }
+  five = best;
+  return smallest;
+}
+
+/// Centre of the smallest ball that encloses all. A basis of at most four balls determines it. As long as some ball
 /// protrudes, the farthest one enters, and the best basis among the five is found by trying all. Rounding can only make
 /// the result slightly too large, since the caller measures the radius about the resulting centre.
-Eigen::Vector3d enclosingCentre(std::span<const Ball> balls) {
-  std::vector<const Ball*> basis{&balls[0]};
-  for (const Ball& ball : balls)
-    if (ball.radius > basis[0]->radius) basis[0] = &ball;
-  Eigen::Vector3d centre = basis[0]->centre, best_centre = centre;
-  double basis_radius = basis[0]->radius, best_radius = std::numeric_limits<double>::infinity();
+template <class Item>
+Eigen::Vector3d enclosingCentre(std::span<const Item> items) {
+  std::size_t largest = 0;
+  for (std::size_t i = 1; i < items.size(); ++i)
+    if (ballOf(items[i]).radius > ballOf(items[largest]).radius) largest = i;
+  Basis basis;
+  basis.add(ballOf(items[largest]), largest);
+  Eigen::Vector3d centre = basis.ball[0].centre, best_centre = centre;
+  double basis_radius = basis.ball[0].radius, best_radius = std::numeric_limits<double>::infinity();
   constexpr int kMaxExchanges = 1000;  // about 10 are usual; the radius grows with each exchange, so that only rounding can cause a cycle
   for (int exchange = 0; exchange < kMaxExchanges; ++exchange) {
-    const Ball* farthest = nullptr;
+    std::size_t farthest = items.size();
     double radius = 0;
-    for (const Ball& ball : balls)
-      if (const double r = reach(centre, ball); r > radius) radius = r, farthest = &ball;
+    for (std::size_t i = 0; i < items.size(); ++i)
+      if (const double r = reach(centre, ballOf(items[i])); r > radius) radius = r, farthest = i;
     if (radius < best_radius) best_radius = radius, best_centre = centre;
-    if (farthest == nullptr || radius <= basis_radius * (1 + 1e-12) || std::find(basis.begin(), basis.end(), farthest) != basis.end())
-      break;
+    if (farthest == items.size() || radius <= basis_radius * (1 + 1e-12) || basis.contains(farthest)) break;
 
-    basis.insert(basis.begin(), farthest);  // must be part of the new basis
-    std::vector<const Ball*> next;
-    double next_radius = std::numeric_limits<double>::infinity();
-    for (unsigned subset = 1; subset < (1u << basis.size()); subset += 2) {
-      if (std::popcount(subset) > 4) continue;
-      std::vector<const Ball*> support;
-      for (std::size_t i = 0; i < basis.size(); ++i)
-        if (subset >> i & 1) support.push_back(basis[i]);
-      std::array<Eigen::Vector3d, 2> centres;
-      const int count = tangentCentres(support, centres);
-      for (int i = 0; i < count; ++i) {
-        const double r = reachAll(centres[static_cast<std::size_t>(i)], basis);
-        if (r < next_radius) next_radius = r, centre = centres[static_cast<std::size_t>(i)], next = support;
-      }
-    }
+    Basis next;
+    next.add(ballOf(items[farthest]), farthest);  // must be part of the new basis
+    for (std::size_t i = 0; i < basis.size; ++i) next.add(basis.ball[i], basis.index[i]);
+    const double next_radius = keepBasis(next, centre);
     if (!(next_radius > basis_radius)) break;
     basis_radius = next_radius;
-    basis = std::move(next);
+    basis = next;
   }
   return best_centre;
 }
 
-struct Enclosure {
-  Eigen::Vector3f centre;  // rounded as in the file
-  double radius;           // about the rounded centre
-};
+template <class Item>
+double radiusAbout(const Eigen::Vector3d& centre, std::span<const Item> items) {
+  double radius = 0;
+  for (const Item& item : items) radius = std::max(radius, reach(centre, ballOf(item)));
+  return radius;
+}
 
-Enclosure enclose(std::span<const Ball> balls) {
-  Enclosure out{enclosingCentre(balls).cast<float>(), 0};
-  const Eigen::Vector3d centre = out.centre.cast<double>();
-  for (const Ball& ball : balls) out.radius = std::max(out.radius, reach(centre, ball));
-  return out;
+template <class Item>
+Ball enclosing(std::span<const Item> items) {
+  if (items.empty()) return {};
+  const Eigen::Vector3d centre = enclosingCentre(items);
+  return {centre, radiusAbout(centre, items)};
 }
 
 }  // namespace
@@ -154,8 +177,13 @@ Enclosure enclose(std::span<const Ball> balls) {
 Sphere smallestEnclosing(std::span<const Sphere> spheres) {
   std::vector<Ball> balls;
   for (const Sphere& s : spheres) balls.push_back({centreOf(s), s.radius});
-  const Enclosure e = enclose(balls);
-  return {e.centre.x(), e.centre.y(), e.centre.z(), roundUp(e.radius)};
+  const Eigen::Vector3f centre = enclosingCentre(std::span<const Ball>(balls)).cast<float>();  // rounded as in the file
+  const double radius = radiusAbout(centre.cast<double>(), std::span<const Ball>(balls));
+  return {centre.x(), centre.y(), centre.z(), roundUp(radius)};
 }
+
+Ball smallestEnclosing(std::span<const Ball> balls) { return enclosing(balls); }
+
+Ball smallestEnclosing(std::span<const Eigen::Vector3d> points) { return enclosing(points); }
 
 }  // namespace spheretree

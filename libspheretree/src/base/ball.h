@@ -7,12 +7,11 @@
 #include <limits>
 #include <vector>
 
+#include "spheretree/core/sphere.h"
+
 namespace spheretree::builder {
 
-struct Ball {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // [mm], frame of the mesh
-  double radius = 0;                                 // [mm]
-};
+using spheretree::Ball;  // in the frame of the mesh
 
 /// A ball with the distance that bounds its overhang.
 struct FittedBall {

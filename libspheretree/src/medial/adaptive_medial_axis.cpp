@@ -13,7 +13,7 @@
 #include <limits>
 #include <queue>
 
-#include "geometry/smallest_ball.h"
+#include "geometry/circumcentre.h"
 #include "medial/shrinking_balls.h"
 
 namespace spheretree::builder {

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "geometry/smallest_ball.h"
+#include "geometry/circumcentre.h"
 
 namespace spheretree::builder {
 

@@ -13,10 +13,10 @@
 #include "base/thinned.h"
 #include "cover/cover_search.h"
 #include "geometry/box_tree.h"
-#include "geometry/smallest_ball.h"
 #include "medial/adaptive_medial_axis.h"
 #include "medial/shrinking_balls.h"
 #include "medial/surface_regions.h"
+#include "spheretree/core/smallest_enclosing_ball.h"
 #include "tree/hierarchy.h"
 
 namespace spheretree::builder {
@@ -129,7 +129,7 @@ class TopDownBuilder {
 
   // The better of the smallest ball of all points and the best ball about a centre inside.
   FittedBall rootBall() {
-    const Ball smallest = smallestBall(surface_.points);
+    const Ball smallest = smallestEnclosing(surface_.points);
     std::vector<FittedBall> starts{{smallest.centre, smallest.radius, -field_.signedDistance(smallest.centre)}};
     const std::vector<Vector3d> sparse = farthestFirst(thinned(surface_.points, kMinPoints), kRootPoints);
     FittedBall inner;

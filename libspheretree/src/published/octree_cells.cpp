@@ -5,8 +5,8 @@
 #include <array>
 #include <utility>
 
-#include "geometry/smallest_ball.h"
 #include "medial/refit_ball.h"
+#include "spheretree/core/smallest_enclosing_ball.h"
 
 namespace spheretree::builder {
 
@@ -60,7 +60,7 @@ FittedBall refittedBall(const OctreeCell& cell, const Polygon& corners, const Di
 
 FittedBall ballRound(const OctreeCell& cell, const DistanceField& field) {
   const Polygon corners = cornersOf(cell);
-  const Ball smallest = smallestBall(corners);
+  const Ball smallest = smallestEnclosing(corners);
   const FittedBall outer{smallest.centre, smallest.radius, -field.signedDistance(smallest.centre)};
   const Vector3d middle = cell.box.center();
   const double clearance = -field.signedDistance(middle);

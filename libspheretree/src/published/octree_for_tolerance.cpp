@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/smallest_ball.h"
 #include "medial/shrinking_balls.h"
 #include "published/octree_cells.h"
+#include "spheretree/core/smallest_enclosing_ball.h"
 #include "tree/hierarchy.h"
 
 namespace spheretree::builder {
@@ -29,7 +29,7 @@ constexpr double kNearGoal = 0.8;        // a tolerance above this share of a go
 FittedBall deepBallRound(const OctreeCell& cell, const DistanceField& field) {
   const FittedBall shallow = ballRound(cell, field);
   const Polygon corners = cornersOf(cell);
-  const Ball deep = touchingBall(field, smallestBall(corners).centre);
+  const Ball deep = touchingBall(field, smallestEnclosing(corners).centre);
   return deep.radius > 0 ? better(shallow, refittedBall(cell, corners, field, deep.centre, deep.radius)) : shallow;
 }
 

@@ -8,7 +8,8 @@
 #include <limits>
 #include <numbers>
 
-#include "geometry/smallest_ball.h"
+#include "spheretree/core/smallest_enclosing_ball.h"
+
 
 namespace spheretree::builder {
 
@@ -71,7 +72,7 @@ std::vector<FittedBall> ballsOf(const Cells& cells, const Region& region, double
   for (const std::vector<std::uint32_t>& list : cells.lists()) {
     in_cell.clear();
     for (const std::uint32_t i : list) in_cell.push_back(region.points[i]);
-    const Ball ball = smallestBall(in_cell);
+    const Ball ball = smallestEnclosing(in_cell);
     // The distance of the centre to the surface is at most that to the nearest of the points. This excludes most grids
     // without a distance query.
     double max_clearance2 = std::numeric_limits<double>::infinity();
@@ -91,7 +92,7 @@ std::vector<FittedBall> reduceGrid(const Region& region) {
   std::vector<Matrix3d> turns{axes, Matrix3d::Identity()};  // a cube has no distinct principal axes
   for (int k = 0; k < 3; ++k) turns.push_back(Eigen::AngleAxisd(std::numbers::pi / 4, axes.col(k)).toRotationMatrix() * axes);
   // One ball: in a rod it is better than cells on all sides of it.
-  const Ball whole = smallestBall(region.points);
+  const Ball whole = smallestEnclosing(region.points);
   std::vector<FittedBall> best{{whole.centre, whole.radius, -region.field.signedDistance(whole.centre)}};
   double smallest = best[0].overhang();
   if (smallest <= region.target_overhang) return best;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "published/reduce_hubbard.h"
 
-#include "geometry/smallest_ball.h"
 #include "published/initial_clusters.h"
+#include "spheretree/core/smallest_enclosing_ball.h"
 
 namespace spheretree::builder {
 
@@ -13,7 +13,7 @@ namespace {
 FittedBall ballOfPoints(const Region& region, const MedialCluster& a, const MedialCluster& b, std::vector<Vector3d>& united) {
   united = a.points;
   united.insert(united.end(), b.points.begin(), b.points.end());
-  const Ball smallest = smallestBall(united);
+  const Ball smallest = smallestEnclosing(united);
   return {smallest.centre, smallest.radius, -region.field.signedDistance(smallest.centre)};
 }
 

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "geometry/smallest_ball.h"
 #include "medial/refit_ball.h"
 #include "published/initial_clusters.h"
+#include "spheretree/core/smallest_enclosing_ball.h"
 
 namespace spheretree::builder {
 
@@ -20,7 +20,7 @@ FittedBall bestOfThree(const Region& region, const MedialCluster& a, const Media
   FittedBall best = second.overhang() < first.overhang() ? second : first;
   united = a.points;
   united.insert(united.end(), b.points.begin(), b.points.end());
-  const Ball smallest = smallestBall(united);
+  const Ball smallest = smallestEnclosing(united);
   // The clearance is 1-Lipschitz in the centre: most third candidates need no distance query.
   const double max_clearance =
       std::min(a.ball.clearance + (smallest.centre - a.ball.centre).norm(), b.ball.clearance + (smallest.centre - b.ball.centre).norm());

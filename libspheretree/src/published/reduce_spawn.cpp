@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "geometry/smallest_ball.h"
 #include "medial/shrinking_balls.h"
+#include "spheretree/core/smallest_enclosing_ball.h"
 
 namespace spheretree::builder {
 
@@ -100,7 +100,7 @@ std::vector<FittedBall> reduceSpawn(const Region& region) {
   const Spawner spawner(region);
   // One ball: about the centre of the smallest ball, or about the start that contains all points with the smallest
   // stand-off.
-  const Ball smallest = smallestBall(spawner.points());
+  const Ball smallest = smallestEnclosing(spawner.points());
   FittedBall one{smallest.centre, smallest.radius, -region.field.signedDistance(smallest.centre)};
   for (const Ball& start : spawner.starts()) {
     if (!(start.radius > 0)) continue;

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "certify/certify_cover.h"
-#include "geometry/smallest_ball.h"
 #include "measure/coverage.h"
 #include "medial/refit_ball.h"
 #include "spheretree/core/mesh_edit.h"
+#include "spheretree/core/smallest_enclosing_ball.h"
 #include "support/shapes.h"
 
 namespace spheretree::builder {
@@ -110,7 +110,7 @@ class FullSearch {
   }
 
   bool keeps(const Eigen::AlignedBox3d& box, const std::vector<Eigen::Vector3d>& points) const {
-    const Ball smallest = smallestBall(points);
+    const Ball smallest = smallestEnclosing(points);
     if (smallest.radius + field_.signedDistance(smallest.centre) <= tolerance_) return true;
     const double clearance = -field_.signedDistance(box.center());
     return clearance > 0 && refitBall(field_, points, box.center(), clearance, 0.1 * box.diagonal().norm(), 24).stand_off <= tolerance_;

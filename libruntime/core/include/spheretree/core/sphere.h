@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sphere as files store it and as the runtime tests it.
+// The sphere as files store it and as the runtime tests it, and the ball in double precision from which it is rounded.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,6 +13,11 @@ struct Sphere {
   friend bool operator==(const Sphere&, const Sphere&) = default;
 };
 static_assert(sizeof(Sphere) == 16);
+
+struct Ball {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // [mm]
+  double radius = 0;                                 // [mm]
+};
 
 inline Eigen::Vector3d centreOf(const Sphere& s) { return {static_cast<double>(s.x), static_cast<double>(s.y), static_cast<double>(s.z)}; }
 
