@@ -8,10 +8,10 @@
 namespace spheretree::test {
 
 inline builder::Cover foundCover(const TriangleMesh& mesh, std::span<const builder::SurfaceSample> samples,
-                                 std::span<const builder::Ball> pool, const builder::ChoiceSettings& choice,
-                                 const builder::SearchSettings& settings, builder::Progress& progress) {
+                                 std::span<const builder::Ball> pool, std::size_t spheres, const builder::SearchSettings& settings,
+                                 builder::Progress& progress) {
   const builder::DistanceField field(mesh);
-  builder::CoverSearch search(mesh, field, builder::chooseBalls(mesh, field, samples, pool, choice, progress), settings, progress);
+  builder::CoverSearch search(mesh, field, builder::chooseBalls(mesh, field, samples, pool, spheres, 1, progress), settings, progress);
   search.lower(0, progress);
   return search.cover();
 }

@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -39,20 +38,20 @@ struct Basis {
   bool contains(std::size_t i) const { return std::find(index.begin(), index.begin() + size, i) != index.begin() + size; }
 };
 
-/// Centres of the balls that enclose and touch all of `support` (1 to 4 balls), in the order of their radii: up to two.
+/// Centres of the balls that enclose and touch the `chosen` balls (1 to 4), in the order of their radii: up to two.
 /// With q_i = c_i - c_0 and d_i = r_i - r_0, a centre c_0 + x at s = R - r_0 satisfies |x| = s and 2 q_i . x = |q_i|^2
 /// - d_i^2 + 2 d_i s: x is linear in s, and s solves a quadratic equation.
-int tangentCentres(const Basis& support, std::array<Eigen::Vector3d, 2>& centres) {
-  const Ball& origin = support.ball[0];
-  if (support.size == 1) {
+int tangentCentres(const Basis& balls, std::span<const std::size_t> chosen, std::array<Eigen::Vector3d, 2>& centres) {
+  const Ball& origin = balls.ball[chosen[0]];
+  if (chosen.size() == 1) {
     centres[0] = origin.centre;
     return 1;
   }
-  const std::size_t count = support.size - 1;
+  const std::size_t count = chosen.size() - 1;
   std::array<Eigen::Vector3d, 3> q;
   std::array<double, 3> constant, slope;  // of the right-hand side in s
   for (std::size_t i = 0; i < count; ++i) {
-    const Ball& ball = support.ball[i + 1];
+    const Ball& ball = balls.ball[chosen[i + 1]];
     q[i] = ball.centre - origin.centre;
     slope[i] = ball.radius - origin.radius;
     constant[i] = 0.5 * (q[i].squaredNorm() - slope[i] * slope[i]);
@@ -81,6 +80,10 @@ int tangentCentres(const Basis& support, std::array<Eigen::Vector3d, 2>& centres
     a += dual[i] * (constant[i] / square);
     b += dual[i] * (slope[i] / square);
   }
+  if (b.isZero(0)) {  // equal radii, as of points: the centre does not depend on s
+    centres[0] = origin.centre + a;
+    return centres[0].allFinite() ? 1 : 0;
+  }
   const double qa = b.squaredNorm() - 1, qb = a.dot(b), qc = a.squaredNorm();  // qa s^2 + 2 qb s + qc = 0
   std::array<double, 2> roots{};
   int root_count = 0;
@@ -108,22 +111,47 @@ double reachAll(const Eigen::Vector3d& centre, const Basis& basis) {
 /// The smallest ball that encloses the balls of `five` is determined by the first of them and at most three others, all
 /// of which are tried. Returns its radius, which is infinite if none is found, and keeps those balls.
 double keepBasis(Basis& five, Eigen::Vector3d& centre) {
-  Basis best;
+  unsigned best = 0;
   double smallest = std::numeric_limits<double>::infinity();
   for (unsigned subset = 1; subset < (1u << five.size); subset += 2) {
-    if (std::popcount(subset) > static_cast<int>(kMaxBasis)) continue;
-    Basis support;
+    std::array<std::size_t, kMaxBasis + 1> chosen{};
+    std::size_t count = 0;
     for (std::size_t i = 0; i < five.size; ++i)
-      if (subset >> i & 1) support.add(five.ball[i], five.index[i]);
+      if (subset >> i & 1) chosen[count++] = i;
+    if (count > kMaxBasis) continue;
     std::array<Eigen::Vector3d, 2> centres;
-    const int count = tangentCentres(support, centres);
-    for (int i = 0; i < count; ++i) {
-      const double radius = reachAll(centres[static_cast<std::size_t>(i)], five);
-      if (radius < smallest) smallest = radius, centre = centres[static_cast<std::size_t>(i)], best = support;
+    const int found = tangentCentres(five, {chosen.data(), count}, centres);
+    for (int i = 0; i < found; ++i) {
+      const Eigen::Vector3d& c = centres[static_cast<std::size_t>(i)];
+      if (reach(c, five.ball[0]) >= smallest) continue;  // so is that of all five
+      const double radius = reachAll(c, five);
+      if (radius < smallest) smallest = radius, centre = c, best = subset;
     }
   }
-  five = best;
+  Basis kept;
+  for (std::size_t i = 0; i < five.size; ++i)
+    if (best >> i & 1) kept.add(five.ball[i], five.index[i]);
+  five = kept;
   return smallest;
+}
+
+/// The ball with the largest reach from `centre`, and that reach; the number of balls if none has one above 0.
+struct Farthest {
+  std::size_t index;
+  double reach;
+};
+Farthest farthestOf(std::span<const Ball> balls, const Eigen::Vector3d& centre) {
+  Farthest farthest{balls.size(), 0};
+  for (std::size_t i = 0; i < balls.size(); ++i)
+    if (const double r = reach(centre, balls[i]); r > farthest.reach) farthest = {i, r};
+  return farthest;
+}
+Farthest farthestOf(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& centre) {
+  Farthest farthest{points.size(), 0};
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (const double r2 = (points[i] - centre).squaredNorm(); r2 > farthest.reach) farthest = {i, r2};
+  farthest.reach = std::sqrt(farthest.reach);
+  return farthest;
 }
 
 /// Centre of the smallest ball that encloses all. A basis of at most four balls determines it. As long as some ball
@@ -140,10 +168,7 @@ Eigen::Vector3d enclosingCentre(std::span<const Item> items) {
   double basis_radius = basis.ball[0].radius, best_radius = std::numeric_limits<double>::infinity();
   constexpr int kMaxExchanges = 1000;  // about 10 are usual; the radius grows with each exchange, so that only rounding can cause a cycle
   for (int exchange = 0; exchange < kMaxExchanges; ++exchange) {
-    std::size_t farthest = items.size();
-    double radius = 0;
-    for (std::size_t i = 0; i < items.size(); ++i)
-      if (const double r = reach(centre, ballOf(items[i])); r > radius) radius = r, farthest = i;
+    const auto [farthest, radius] = farthestOf(items, centre);
     if (radius < best_radius) best_radius = radius, best_centre = centre;
     if (farthest == items.size() || radius <= basis_radius * (1 + 1e-12) || basis.contains(farthest)) break;
 
@@ -159,17 +184,10 @@ Eigen::Vector3d enclosingCentre(std::span<const Item> items) {
 }
 
 template <class Item>
-double radiusAbout(const Eigen::Vector3d& centre, std::span<const Item> items) {
-  double radius = 0;
-  for (const Item& item : items) radius = std::max(radius, reach(centre, ballOf(item)));
-  return radius;
-}
-
-template <class Item>
 Ball enclosing(std::span<const Item> items) {
   if (items.empty()) return {};
   const Eigen::Vector3d centre = enclosingCentre(items);
-  return {centre, radiusAbout(centre, items)};
+  return {centre, farthestOf(items, centre).reach};
 }
 
 }  // namespace
@@ -178,7 +196,7 @@ Sphere smallestEnclosing(std::span<const Sphere> spheres) {
   std::vector<Ball> balls;
   for (const Sphere& s : spheres) balls.push_back({centreOf(s), s.radius});
   const Eigen::Vector3f centre = enclosingCentre(std::span<const Ball>(balls)).cast<float>();  // rounded as in the file
-  const double radius = radiusAbout(centre.cast<double>(), std::span<const Ball>(balls));
+  const double radius = farthestOf(std::span<const Ball>(balls), centre.cast<double>()).reach;
   return {centre.x(), centre.y(), centre.z(), roundUp(radius)};
 }
 

@@ -29,55 +29,58 @@ struct Effort {
   std::size_t candidates_a_sphere;  // of the first choice, from which the cover search starts; more of them hardly improve the result
   std::size_t medial_samples;       // points of the Delaunay triangulation, at least kMedialSamplesASphere for each sphere
   std::size_t touching_samples;     // how many of these points get a shrinking ball
-  double search_moves;  // for each sphere
+  double search_moves;              // for each sphere
   std::uint64_t search_work;
-  double search_step;
-  int search_failures;
+  double search_step, last_step;
   double gap_tolerance;
   double removal_moves;  // for each sphere
-  std::size_t starts;    // searches for the fewest leaves, each from balls of its own
+  int removal_failures;
+  std::size_t starts;  // searches for the fewest leaves, each from balls of its own
 };
 
 Effort effortOf(Quality quality) {
   switch (quality) {
     case Quality::Quick:
-      return {.samples_a_sphere = 12,
+      return {.samples_a_sphere = 10,
               .min_samples = 300,
               .candidates_a_sphere = 6,
               .medial_samples = 1500,
               .touching_samples = 300,
-              .search_moves = 0.45,
+              .search_moves = 0.33,
               .search_work = 8'000'000,
-              .search_step = 0.06,
-              .search_failures = 5,
+              .search_step = 0.08,
+              .last_step = 0.008,
               .gap_tolerance = 0.03,
               .removal_moves = 8,
+              .removal_failures = 5,
               .starts = 1};
     case Quality::Standard:
-      return {.samples_a_sphere = 24,
+      return {.samples_a_sphere = 16,
               .min_samples = 1000,
               .candidates_a_sphere = 20,
               .medial_samples = 6000,
               .touching_samples = 1500,
-              .search_moves = 0.7,
+              .search_moves = 0.85,
               .search_work = 60'000'000,
-              .search_step = 0.04,
-              .search_failures = 6,
+              .search_step = 0.06,
+              .last_step = 0.006,
               .gap_tolerance = 0.02,
               .removal_moves = 25,
+              .removal_failures = 6,
               .starts = 1};
     case Quality::Best:
-      return {.samples_a_sphere = 24,
+      return {.samples_a_sphere = 16,
               .min_samples = 1000,
               .candidates_a_sphere = 20,
               .medial_samples = 6000,
               .touching_samples = 1500,
               .search_moves = 2.2,
               .search_work = 400'000'000,
-              .search_step = 0.03,
-              .search_failures = 13,
+              .search_step = 0.04,
+              .last_step = 0.0008,
               .gap_tolerance = 0.01,
               .removal_moves = 150,
+              .removal_failures = 13,
               .starts = 5};
   }
   return {};
@@ -143,20 +146,19 @@ CoverSearch CoverBuilder::startSearch(std::size_t spheres, std::uint64_t seed, P
   SampleSettings sampling;
   sampling.count = std::max(effort.min_samples, effort.samples_a_sphere * spheres);
   sampling.seed = seed + 1;
-  ChoiceSettings choice;
-  choice.spheres = spheres;
-  choice.seed = seed + spheres;
   const std::size_t candidates =
       std::max(kMinCandidates, std::min(effort.candidates_a_sphere * spheres, std::max(kManyCandidates, kCandidatesIfMany * spheres)));
   SearchSettings search;
   search.moves = kMovesBeside + static_cast<int>(effort.search_moves * static_cast<double>(spheres));
   search.step = effort.search_step;
   search.work = effort.search_work;
-  search.failures = effort.search_failures;
+  search.last_step = effort.last_step;
+  search.failures = effort.removal_failures;
   search.gap_tolerance = effort.gap_tolerance;
   search.removal_moves = effort.removal_moves;
-  return {mesh_, field_, chooseBalls(mesh_, field_, sampleSurface(mesh_, sampling), thinned(pool_, candidates), choice, progress), search,
-          progress};
+  ChosenBalls start =
+      chooseBalls(mesh_, field_, sampleSurface(mesh_, sampling), thinned(pool_, candidates), spheres, seed + spheres, progress);
+  return {mesh_, field_, std::move(start), search, progress};
 }
 
 // The cover with the smallest stand-off that was found for this number of spheres.

@@ -14,7 +14,6 @@
 
 #include "cover/gap_table.h"
 #include "geometry/sample_index.h"
-#include "medial/refit_ball.h"
 #include "medial/shrinking_balls.h"
 
 namespace spheretree::builder {
@@ -34,7 +33,6 @@ constexpr double kFirstGoalFactor = 1.2;  // first goal, as a multiple of the st
 constexpr std::size_t kDenser = 8;        // times as many samples, from which those of balls with few samples are taken
 constexpr double kHexagon = 2.598;        // area of the largest cell of a flat spot, divided by the square of the spot's radius (Kershner)
 constexpr double kMaxSamples = 3;         // times the usual number, for a ball whose patch is a ring
-constexpr int kPatchRefitSteps = 12;                              // steps of the refit of a ball to its samples
 constexpr std::array<double, 4> kEdgeDepths{0.6, 1.0, 1.6, 2.5};  // of candidates below an edge, as multiples of the stand-off
 constexpr std::size_t kTooFew = 2;                  // a ball has too few samples if it has less than one over this of what it needs
 constexpr std::size_t kSparse = 4;                  // samples are added if more than one over this of the balls have too few
@@ -91,31 +89,6 @@ Assignment assign(const SampleIndex& samples, std::span<const Ball> balls, doubl
   for (std::size_t i = 0; i < samples.size(); ++i) out.points[at[owner[i]]++] = samples[i];
   out.stand_off = *std::max_element(gap.begin(), gap.end());
   return out;
-}
-
-// Repeats assignment and refit; keeps the best set of balls. `balls` have radius d(c); `stand_off`: an estimate of
-// theirs, which only saves time.
-void refitAll(const DistanceField& field, const SampleIndex& samples, std::vector<Ball>& balls, double stand_off, int passes,
-                const Progress& progress) {
-  std::vector<Ball> now = balls;
-  double best = stand_off, reach = stand_off;
-  for (int pass = 0; pass <= passes; ++pass) {
-    progress.check();
-    const Assignment patches = assign(samples, now, reach);
-    reach = patches.stand_off;
-    if (patches.stand_off < best || pass == 0) {
-      best = patches.stand_off;
-      balls = now;
-    }
-    if (pass == passes) break;
-    tbb::parallel_for(std::size_t{0}, now.size(), [&](std::size_t b) {
-      const auto patch = patches.patch(b);
-      if (patch.empty()) return;
-      const double width = std::sqrt(reach * (2 * std::max(now[b].radius, 0.0) + reach));
-      const Refit refit = refitBall(field, patch, now[b].centre, now[b].radius, kFirstStepShare * width, kPatchRefitSteps);
-      now[b] = {refit.centre, refit.clearance};
-    });
-  }
 }
 
 // Adds centres below a sharp convex edge or corner at `point`. The best ball for an edge has its centre about the
@@ -254,10 +227,10 @@ RoughCover roughGreedy(const DistanceField& field, std::span<const Vector3d> poi
 }  // namespace
 
 ChosenBalls chooseBalls(const TriangleMesh& mesh, const DistanceField& field, std::span<const SurfaceSample> given,
-                        std::span<const Ball> pool, const ChoiceSettings& settings, Progress& progress) {
+                        std::span<const Ball> pool, std::size_t spheres, std::uint64_t seed, Progress& progress) {
   if (given.empty()) throw std::invalid_argument("choose balls: no samples");
   if (pool.empty()) throw std::invalid_argument("choose balls: no candidates");
-  const std::size_t n = std::max<std::size_t>(settings.spheres, 1);
+  const std::size_t n = std::max<std::size_t>(spheres, 1);
   std::vector<Vector3d> points;
   for (const SurfaceSample& s : given) points.push_back(s.point);
   std::vector<Ball> candidates(pool.begin(), pool.end());
@@ -270,7 +243,7 @@ ChosenBalls chooseBalls(const TriangleMesh& mesh, const DistanceField& field, st
   // If fewer spheres suffice, the stand-off of all of them will be lower, in proportion; a table for that stand-off
   // costs a fraction.
   h *= std::min(1.0, kFirstGoalFactor * (static_cast<double>(used) / static_cast<double>(n)));
-  std::mt19937_64 random(settings.seed);
+  std::mt19937_64 random(seed);
   const SampleIndex uniform(points);
   SampleIndex samples(points);
   std::vector<Ball> balls;
@@ -284,10 +257,7 @@ ChosenBalls chooseBalls(const TriangleMesh& mesh, const DistanceField& field, st
     samples = SampleIndex(points);
   }
 
-  refitAll(field, samples, balls, h, settings.refits, progress);
-  // Unused spheres start as copies; the next step moves each to where it is most useful.
-  for (std::size_t i = 0; balls.size() < n; ++i) balls.push_back(balls[i]);
-  return {std::move(balls), std::move(points), random()};
+  return {std::move(balls), std::move(points), n, random()};
 }
 
 double roughStandOff(const DistanceField& field, std::span<const SurfaceSample> samples, std::span<const Ball> pool, std::size_t spheres,

@@ -15,15 +15,16 @@ namespace {
 constexpr std::uint64_t kMinAttempts = 8;   // the work is divided into at least this many attempts, so that one unreachable goal cannot
                                             // use all of it where refits are expensive
 constexpr std::uint64_t kTriangleWork = 4;  // cost of a triangle that is searched for gaps, in triangles or points of a refit
-constexpr double kFirstGoal = 1.1;          // first goal, as a multiple of the stand-off on the samples: points between them lie farther out
-constexpr double kRise = 0.05;              // share by which the first goal rises at first, if it cannot be reached
-constexpr double kRiseGrowth = 1.5;         // factor by which this share grows each time
-constexpr double kFirstReach = 0.01;        // share of the diagonal: first guess of the stand-off, which only saves time
-constexpr std::uint64_t kLeftOver = 2;      // one over this of the work is left at least, when the first goal has been reached
-constexpr double kStepGrowth = 1.3;         // factor on the step after a goal that was reached ...
-constexpr double kLargestStep = 2;          // ... up to this multiple of the first step
-constexpr double kClosed = 0.5;             // share of the gap tolerance to which close() closes gaps
-constexpr double kRounded = 1 - 1e-12;      // factor on a wanted stand-off, so that rounded radii still keep it
+constexpr double kFirstGoal = 1.1;      // first goal, as a multiple of the stand-off on the samples: points between them lie farther out
+constexpr double kRise = 0.05;          // share by which the first goal rises at first, if it cannot be reached
+constexpr double kRiseGrowth = 1.5;     // factor by which this share grows each time
+constexpr double kFirstReach = 0.01;    // share of the diagonal: first guess of the stand-off, which only saves time
+constexpr std::uint64_t kLeftOver = 2;  // one over this of the work is left at least, when the first goal has been reached
+constexpr double kStepGrowth = 1.3;     // factor on the step after a goal that was reached ...
+constexpr double kLargestStep = 2;      // ... up to this multiple of the first step
+constexpr double kRoughly = 0.3;        // the search on samples alone ends with a step below this share of the first one
+constexpr double kClosed = 0.5;         // share of the gap tolerance to which close() closes gaps
+constexpr double kRounded = 1 - 1e-12;  // factor on a wanted stand-off, so that rounded radii still keep it
 constexpr std::array<double, 2> kGoalRises{0, 0.5};  // rises of the stand-off that close() tries, as shares of the gap tolerance
 
 }  // namespace
@@ -32,11 +33,20 @@ CoverSearch::CoverSearch(const TriangleMesh& mesh, const DistanceField& field, C
                          Progress& progress)
     : settings_(settings),
       points_(std::move(start.samples)),
-      sampler_(mesh, field, start.balls.size(), settings.gap_spacing),
+      sampler_(mesh, field, std::max(start.balls.size(), start.count), settings.gap_spacing),
       state_(field, points_, std::move(start.balls), std::mt19937_64(start.seed)()),
-      max_work_(settings.work) {
-  settleFrom(kFirstGoal * state_.standOff(kFirstReach * field.diagonal()), progress);
-  leaveWork();
+      max_work_(settings.work / kMinAttempts) {
+  // The samples alone show where balls belong, and cost a fraction of a search of the mesh; they get one attempt's
+  // work. The stand-off of n balls falls about as 1/n; at that goal balls join where samples are open.
+  const std::size_t given = state_.balls().size(), count = start.count > 0 ? start.count : given;
+  const double goal = state_.standOff(kFirstReach * field.diagonal()) * static_cast<double>(given) / static_cast<double>(count);
+  state_.setGoal(goal);
+  setCount(count);
+  reachFrom(goal, Extent::Samples, progress);
+  lower(0, kRoughly * settings_.step, Extent::Samples, progress);
+  state_.setBalls(best_);
+  reachFrom(kFirstGoal * stand_off_, Extent::Mesh, progress);
+  max_work_ = std::max(settings_.work, work() + settings_.work / kLeftOver);
 }
 
 Cover CoverSearch::cover() const {
@@ -45,31 +55,19 @@ Cover CoverSearch::cover() const {
   return cover;
 }
 
-void CoverSearch::lower(double target, Progress& progress) {
-  double step = settings_.step;
-  for (int failures = 0; failures < settings_.failures && work() < max_work_ && stand_off_ > target;) {
+void CoverSearch::lower(double target, Progress& progress) { lower(target, settings_.last_step, Extent::Mesh, progress); }
+
+void CoverSearch::lower(double target, double last_step, Extent extent, Progress& progress) {
+  for (double step = settings_.step; step >= last_step && work() < max_work_ && stand_off_ > target;) {
     const double goal = std::max(target, stand_off_ * (1 - step));
-    const std::uint64_t max_work = std::min(max_work_, work() + attempt());
     state_.setGoal(goal);
-    if (coverAll(max_work, progress) && settle(goal, toleranceAt(goal), max_work, progress)) {
+    if (reach(goal, extent, std::min(max_work_, work() + attempt()), progress)) {
       keep(goal);
       step = std::min(step * kStepGrowth, kLargestStep * settings_.step);
     } else {
-      ++failures;
       step *= 0.5;  // continues from the current balls, most of which have come nearer to the next goal
     }
   }
-}
-
-void CoverSearch::resize(std::size_t balls, Progress& progress) {
-  if (balls > best_.size()) addBalls(0, balls, progress);
-  if (balls < best_.size()) {
-    state_.setBalls(best_);
-    state_.setGoal(stand_off_);
-    setCount(balls);
-    settleFrom(stand_off_, progress);
-  }
-  leaveWork();
 }
 
 bool CoverSearch::fit(double wanted, std::size_t max_balls, Progress& progress) {
@@ -111,15 +109,18 @@ bool CoverSearch::coverAll(std::uint64_t max_work, Progress& progress) {
   return state_.coverAll(settings_.moves, max_work - std::min(max_work, looked_at_), progress);
 }
 
-// Reaches the goal or, if that takes too long, a higher one. The goal rises with the balls in their moved positions, and
-// faster each time: from a goal that is too high the way down is short, and work spent on unreachable first goals would
-// be missing later.
-void CoverSearch::settleFrom(double goal, Progress& progress) {
-  for (double rise = kRise;; goal *= 1 + rise, rise *= kRiseGrowth) {
-    state_.setGoal(goal);
-    const std::uint64_t max_work = work() + attempt();
-    if (coverAll(max_work, progress) && settle(goal, toleranceAt(goal), max_work, progress)) return keep(goal);
-  }
+// Reaches the goal or, if that takes too long, a higher one. The goal rises with the balls in their moved positions,
+// and faster each time: from a goal that is too high the way down is short, and work spent on unreachable first goals
+// would be missing later.
+void CoverSearch::reachFrom(double goal, Extent extent, Progress& progress) {
+  double rise = kRise;
+  for (state_.setGoal(goal); !reach(goal, extent, work() + attempt(), progress); state_.setGoal(goal))
+    goal *= 1 + rise, rise *= kRiseGrowth;
+  keep(goal);
+}
+
+bool CoverSearch::reach(double goal, Extent extent, std::uint64_t max_work, Progress& progress) {
+  return coverAll(max_work, progress) && (extent == Extent::Samples || settle(goal, toleranceAt(goal), max_work, progress));
 }
 
 void CoverSearch::setCount(std::size_t balls) {
@@ -151,17 +152,16 @@ bool CoverSearch::change(std::size_t balls, double goal, Progress& progress) {
   state_.setBalls(best_);
   state_.setGoal(goal);
   setCount(balls);
-  if (!coverAll(max_work, progress) || !settle(goal, toleranceAt(goal), max_work, progress)) return false;
+  if (!reach(goal, Extent::Mesh, max_work, progress)) return false;
   keep(goal);
   return true;
 }
 
-// Adds balls until the stand-off or their largest number is reached, in steps: for each the number that follows from
-// stand-off ~ 1/n, or more if that does not suffice.
+// Adds balls until the stand-off is reached, in steps: for each the number that follows from stand-off ~ 1/n, or more
+// if that does not suffice.
 void CoverSearch::addBalls(double wanted, std::size_t max_balls, Progress& progress) {
   const auto limit = static_cast<double>(max_balls);
-  const std::uint64_t max_work = work() + settings_.work;
-  for (double more = 1; stand_off_ > wanted && best_.size() < max_balls && work() < max_work;) {
+  for (double more = 1; stand_off_ > wanted && best_.size() < max_balls;) {
     const double goal = std::max(wanted, (1 - settings_.step) * stand_off_), now = static_cast<double>(best_.size()),
                  needed = std::min(std::max(std::ceil(more * now * stand_off_ / goal), now + 1), limit);
     if (change(static_cast<std::size_t>(needed), goal, progress))
@@ -199,9 +199,6 @@ void CoverSearch::removeBalls(Progress& progress) {
 std::uint64_t CoverSearch::attempt() const { return settings_.work / kMinAttempts + kTriangleWork * sampler_.triangles(); }
 
 double CoverSearch::toleranceAt(double goal) const { return (goal <= fitted_to_ ? kClosed : 1) * settings_.gap_tolerance; }
-
-// At least a share of the work is left to lower the stand-off, whatever has been spent before.
-void CoverSearch::leaveWork() { max_work_ = std::max(max_work_, work() + settings_.work / kLeftOver); }
 
 void CoverSearch::keep(double goal) {
   best_ = state_.balls();

@@ -19,8 +19,9 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 constexpr std::size_t kMaxTakers = 6;  // largest number of balls that are tried for a sample
 constexpr int kDropRounds = 8;         // rounds in which a ball gives up samples for a new one
 constexpr int kRefitSteps = 14;
-constexpr std::uint64_t kTabu = 8;  // largest number of moves for which a ball that gave up samples is tried last
-constexpr double kDepth = 0.5;  // share of the goal: gap of a sample to a new ball for it; at an edge no inscribed ball touches the sample
+constexpr std::uint64_t kTabu = 8;                  // largest number of moves for which a ball that gave up samples is tried last
+constexpr std::array<double, 2> kDepths{0.5, 0.9};  // shares of the goal: gaps of a sample to the new balls that are tried for it; at
+                                                    // an edge no inscribed ball touches the sample
 
 }  // namespace
 
@@ -217,18 +218,35 @@ std::uint32_t CoverState::smallestUsefulBall() const {
   return min_usefulness;
 }
 
-// A ball that covers a point of the surface at the goal, if possible: the largest ball straight below it with a gap of
-// at most kDepth * goal. Where the solid is too thin for that, the ball that touches the surface at that distance
-// beside it, on its triangle; on a sheet, the point itself.
+// A ball that covers a point of the surface at the goal, if possible: of the largest balls straight below it with a gap
+// of kDepths times the goal, the one that covers more weight of open samples. A shallow one fits an edge, a deep one
+// the ring of a rod. Where the solid is too thin for both, the ball that touches the surface at the smaller distance
+// beside the point, on its triangle; on a sheet, the point itself.
 Ball CoverState::ballFor(const Vector3d& p) const {
   const NearestPoint here = field_.nearest(p);
-  const Ball below = shrinkingBall(field_, here.point, field_.pseudonormal(here), 0, kDepth * goal_);
-  if (below.radius > 0) return below;
+  const Vector3d normal = field_.pseudonormal(here);
+  Ball best;
+  double best_weight = -1;
+  for (const double depth : kDepths) {
+    const Ball below = shrinkingBall(field_, here.point, normal, 0, depth * goal_);
+    if (!(below.radius > 0)) continue;
+    const double weight = openWeight(below);
+    if (weight > best_weight) best = below, best_weight = weight;
+  }
+  if (best.radius > 0) return best;
   const auto [a, b, c] = field_.corners(here.triangle);
   const Vector3d to_middle = (a + b + c) / 3 - p;
-  const double beside = std::min(1.0, kDepth * goal_ / std::max(to_middle.norm(), std::numeric_limits<double>::min()));
+  const double beside = std::min(1.0, kDepths[0] * goal_ / std::max(to_middle.norm(), std::numeric_limits<double>::min()));
   const Ball aside = shrinkingBall(field_, p + beside * to_middle, field_.normal(here.triangle));
   return aside.radius > 0 ? aside : Ball{here.point, 0};
+}
+
+// Weight of the open samples that the ball would cover at the goal.
+double CoverState::openWeight(const Ball& ball) const {
+  double weight = 0;
+  samples_.within(ball.centre, ball.radius + goal_,
+                  [&](std::uint32_t s, double) { weight += state_[s].count == 0 ? state_[s].weight : 0; });
+  return weight;
 }
 
 // A refit moves in a straight line and may leave a thin curved solid. The largest ball that touches the surface nearest

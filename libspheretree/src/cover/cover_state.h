@@ -77,6 +77,7 @@ class CoverState {
   void place(std::uint32_t s);
   std::uint32_t smallestUsefulBall() const;
   Ball ballFor(const Eigen::Vector3d& p) const;
+  double openWeight(const Ball& ball) const;
   double comeInside(Ball& trial, double stand_off) const;
   double costToTake(std::uint32_t b, std::uint32_t s, double target, Ball& trial);
 

@@ -39,11 +39,11 @@ constexpr std::size_t kPointsFrom = 4;       // as kSitesFrom, for the points of
 struct Effort {
   std::size_t points_a_ball, max_points, reducer_points, reducer_balls;
   double search_moves;  // for each ball
-  double search_step;
-  int search_failures;
+  double search_step, last_step;
   std::uint64_t search_work;  // for each ball
   double gap_tolerance;
   double removal_moves;  // for each ball
+  int removal_failures;
 };
 
 Effort effortOf(Quality quality) {
@@ -51,36 +51,39 @@ Effort effortOf(Quality quality) {
     case Quality::Quick:
       return {.points_a_ball = 8,
               .max_points = 200'000,
-              .reducer_points = 80,
-              .reducer_balls = 80,
-              .search_moves = 0.3,
-              .search_step = 0.06,
-              .search_failures = 3,
+              .reducer_points = 40,
+              .reducer_balls = 40,
+              .search_moves = 0.22,
+              .search_step = 0.07,
+              .last_step = 0.07,
               .search_work = 20'000,
               .gap_tolerance = 0.04,
-              .removal_moves = 8};
+              .removal_moves = 8,
+              .removal_failures = 3};
     case Quality::Standard:
       return {.points_a_ball = 12,
               .max_points = 400'000,
               .reducer_points = 50,
-              .reducer_balls = 75,
-              .search_moves = 0.5,
+              .reducer_balls = 40,
+              .search_moves = 0.4,
               .search_step = 0.06,
-              .search_failures = 3,
-              .search_work = 60'000,
+              .last_step = 0.06,
+              .search_work = 50'000,
               .gap_tolerance = 0.04,
-              .removal_moves = 25};
+              .removal_moves = 25,
+              .removal_failures = 3};
     case Quality::Best:
       return {.points_a_ball = 48,
               .max_points = 800'000,
               .reducer_points = 500,
               .reducer_balls = 500,
               .search_moves = 0.6,
-              .search_step = 0.03,
-              .search_failures = 6,
+              .search_step = 0.04,
+              .last_step = 0.004,
               .search_work = 100'000,
               .gap_tolerance = 0.01,
-              .removal_moves = 60};
+              .removal_moves = 60,
+              .removal_failures = 6};
   }
   return {};
 }
@@ -230,17 +233,17 @@ class TopDownBuilder {
     search_settings.step = effort_.search_step;
     search_settings.moves = kMovesBeside + static_cast<int>(effort_.search_moves * static_cast<double>(count));
     search_settings.work = effort_.search_work * (count + kExtraWorkBalls);
-    search_settings.failures = effort_.search_failures;
+    search_settings.last_step = effort_.last_step;
+    search_settings.failures = effort_.removal_failures;
     search_settings.gap_tolerance = effort_.gap_tolerance;
     search_settings.removal_moves = effort_.removal_moves;
-    ChosenBalls start{.balls = std::move(inscribed), .samples = levelPoints(count), .seed = settings_.seed};
+    ChosenBalls start{
+        .balls = std::move(inscribed), .samples = levelPoints(count), .count = tolerance > 0 ? 0 : count, .seed = settings_.seed};
     CoverSearch search(mesh_, field_, std::move(start), search_settings, progress_);
-    if (tolerance > 0) {
+    if (tolerance > 0)
       search.fit(tolerance, count, progress_);
-    } else {
-      search.resize(count, progress_);
+    else
       search.lower(kNegligible * field_.diagonal(), progress_);
-    }
     balls.clear();
     for (const Ball& b : search.balls()) balls.push_back({b.centre, b.radius + search.standOff(), b.radius});
   }

@@ -10,7 +10,6 @@
 
 #include "spheretree/core/smallest_enclosing_ball.h"
 
-
 namespace spheretree::builder {
 
 using Eigen::Matrix3d;

@@ -23,18 +23,12 @@ using Eigen::Vector3d;
 
 const SearchSettings kQuickSearch{.moves = 200, .work = 5'000'000};
 
-ChoiceSettings quick(std::size_t spheres) {
-  ChoiceSettings settings;
-  settings.spheres = spheres;
-  return settings;
-}
-
-Cover coverBy(const TriangleMesh& mesh, std::span<const Ball> pool, const ChoiceSettings& settings, std::size_t samples = 1000,
+Cover coverBy(const TriangleMesh& mesh, std::span<const Ball> pool, std::size_t spheres, std::size_t samples = 1000,
               const SearchSettings& search = kQuickSearch) {
   Progress progress;
   SampleSettings sampling;
   sampling.count = samples;
-  return test::foundCover(mesh, sampleSurface(mesh, sampling), pool, settings, search, progress);
+  return test::foundCover(mesh, sampleSurface(mesh, sampling), pool, spheres, search, progress);
 }
 
 std::vector<Ball> touchingBalls(const TriangleMesh& mesh, std::size_t count) {
@@ -69,7 +63,7 @@ TEST(ChooseBalls, IsNoWorseThanTheBestSubsetOfThePool) {
       if (clearance > 0.3) pool.push_back({c, clearance});
     }
     const int choose = 2 + trial % 3 / 2;
-    const Cover cover = coverBy(mesh, pool, quick(static_cast<std::size_t>(choose)));
+    const Cover cover = coverBy(mesh, pool, static_cast<std::size_t>(choose));
     EXPECT_LE(cover.stand_off, bestSubset(mesh, pool, choose) * 1.001) << "trial " << trial;
   }
 }
@@ -78,7 +72,7 @@ TEST(ChooseBalls, BallsStandOffAlikeAndCoverTheMesh) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   const DistanceField field(mesh);
   for (const std::size_t n : {1, 5, 40}) {
-    const Cover cover = coverBy(mesh, touchingBalls(mesh, 500), quick(n));
+    const Cover cover = coverBy(mesh, touchingBalls(mesh, 500), n);
     ASSERT_EQ(cover.balls.size(), n);
     for (const Ball& b : cover.balls) {
       EXPECT_LT(field.signedDistance(b.centre), 0);
@@ -96,7 +90,7 @@ TEST(ChooseBalls, SlabComesNearTheHexagonalCovering) {
   const std::size_t n = 100;
   const double k = 1.2091995761561452 * side * side / (std::numbers::pi * static_cast<double>(n));
   const double formula = 0.5 * (std::sqrt(1 + 4 * k) - 1);
-  const Cover cover = coverBy(slab, touchingBalls(slab, 2000), quick(n), 4000);
+  const Cover cover = coverBy(slab, touchingBalls(slab, 2000), n, 4000);
   EXPECT_LT(cover.stand_off, 1.3 * formula);
   EXPECT_GT(cover.stand_off, 0.9 * formula);
 }
@@ -106,7 +100,7 @@ TEST(ChooseBalls, MoreSpheresNeedLessStandOff) {
   const std::vector<Ball> pool = touchingBalls(mesh, 500);
   double last = std::numeric_limits<double>::infinity();
   for (const std::size_t n : {1, 4, 16, 64}) {
-    const double h = coverBy(mesh, pool, quick(n)).stand_off;
+    const double h = coverBy(mesh, pool, n).stand_off;
     EXPECT_LT(h, 0.8 * last) << n;
     last = h;
   }
@@ -115,7 +109,7 @@ TEST(ChooseBalls, MoreSpheresNeedLessStandOff) {
 TEST(ChooseBalls, SameSeedSameBalls) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   const std::vector<Ball> pool = touchingBalls(mesh, 300);
-  const Cover one = coverBy(mesh, pool, quick(12)), two = coverBy(mesh, pool, quick(12));
+  const Cover one = coverBy(mesh, pool, 12), two = coverBy(mesh, pool, 12);
   EXPECT_EQ(one.stand_off, two.stand_off);
   ASSERT_EQ(one.balls.size(), two.balls.size());
   for (std::size_t i = 0; i < one.balls.size(); ++i) EXPECT_EQ(one.balls[i].centre, two.balls[i].centre);
@@ -126,8 +120,8 @@ TEST(ChooseBalls, RefusesNothingToWorkWith) {
   const DistanceField field(mesh);
   Progress progress;
   const std::vector<Ball> pool{{{0.5, 0.5, 0.5}, 0.5}};
-  EXPECT_THROW(chooseBalls(mesh, field, {}, pool, quick(2), progress), std::invalid_argument);
-  EXPECT_THROW(chooseBalls(mesh, field, sampleSurface(mesh, {100, 0.5, 1}), {}, quick(2), progress), std::invalid_argument);
+  EXPECT_THROW(chooseBalls(mesh, field, {}, pool, 2, 1, progress), std::invalid_argument);
+  EXPECT_THROW(chooseBalls(mesh, field, sampleSurface(mesh, {100, 0.5, 1}), {}, 2, 1, progress), std::invalid_argument);
 }
 
 TEST(ChooseBalls, StopsWhenCancelled) {
@@ -135,7 +129,7 @@ TEST(ChooseBalls, StopsWhenCancelled) {
   Progress progress;
   progress.cancel();
   const std::vector<Ball> pool{{{0.5, 0.5, 0.5}, 0.5}};
-  EXPECT_THROW(chooseBalls(mesh, DistanceField(mesh), sampleSurface(mesh, {100, 0.5, 1}), pool, quick(2), progress), Cancelled);
+  EXPECT_THROW(chooseBalls(mesh, DistanceField(mesh), sampleSurface(mesh, {100, 0.5, 1}), pool, 2, 1, progress), Cancelled);
 }
 
 }  // namespace

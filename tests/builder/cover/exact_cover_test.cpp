@@ -128,8 +128,8 @@ TEST(ExactCover, TheSearchIsNearTheOptimum) {
     for (const std::size_t n : {2, 3, 4}) {
       const double exact = exactStandOff(points, pool, n);
       Progress progress;
-      const double discrete = test::foundCover(mesh, samples, pool, {.spheres = n, .refits = 0}, {.moves = 0}, progress).stand_off;
-      const double whole = test::foundCover(mesh, samples, pool, {.spheres = n}, {}, progress).stand_off;
+      const double discrete = test::foundCover(mesh, samples, pool, n, {.moves = 0}, progress).stand_off;
+      const double whole = test::foundCover(mesh, samples, pool, n, {}, progress).stand_off;
       std::printf("%-6s %zu of %zu balls, %zu samples: optimum %.4f, choice alone %.3f of it, with moved centres %.3f\n", name, n,
                   pool.size(), points.size(), exact, discrete / exact, whole / exact);
       // The search also covers the surface between the samples, the optimum only the samples.

@@ -16,8 +16,9 @@ namespace spheretree {
 ///         smallest enclosing ball of balls, SoCG 2003. Cost: O(spheres), times about 10.
 Sphere smallestEnclosing(std::span<const Sphere> spheres);
 
-/// The same in double precision, without rounding outward: the radius is the largest distance as computed, which exceeds
-/// that of the optimum only by rounding, or slightly more on degenerate input. Radii >= 0. None give a ball of radius 0.
+/// The same in double precision, without rounding outward: the radius is the largest distance as computed, which
+/// exceeds that of the optimum only by rounding, or slightly more on degenerate input. Radii >= 0. None give a ball of
+/// radius 0.
 Ball smallestEnclosing(std::span<const Ball> balls);
 /// The same of points.
 Ball smallestEnclosing(std::span<const Eigen::Vector3d> points);
