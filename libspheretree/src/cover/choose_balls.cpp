@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numeric>
 #include <random>
 #include <stdexcept>
 
@@ -52,7 +51,6 @@ std::vector<T> everyNth(std::span<const T> all, std::size_t wanted) {
 struct Assignment {
   std::vector<Vector3d> points;    // samples, grouped by ball
   std::vector<std::size_t> begin;  // (balls + 1)
-  double stand_off = 0;            // largest gap
   std::span<const Vector3d> patch(std::size_t b) const { return {points.data() + begin[b], begin[b + 1] - begin[b]}; }
 };
 
@@ -87,7 +85,6 @@ Assignment assign(const SampleIndex& samples, std::span<const Ball> balls, doubl
   out.points.resize(samples.size());
   std::vector<std::size_t> at(out.begin.begin(), out.begin.end() - 1);
   for (std::size_t i = 0; i < samples.size(); ++i) out.points[at[owner[i]]++] = samples[i];
-  out.stand_off = *std::max_element(gap.begin(), gap.end());
   return out;
 }
 
