@@ -5,8 +5,9 @@
 Between the lines `<!-- table: NAME -->` and `<!-- end of table -->` of README.md and docs/ stands what a function of
 this file prints. Without --update the tables are made anew and compared; a difference ends with exit code 1. Times, and
 numbers of steps that were late, are not compared, but those of a table that is named are updated. Tables that take
-minutes are left out unless --slow is given or they are named. The test `install.doc_tables` runs the others. The table
-of docs/stability.md has a script of its own, stability_table.py, since `haptic-player --scenario all` takes long."""
+minutes are left out unless --slow is given or they are named, and so are those of meshes that are not there. The test
+`install.doc_tables` runs the others. The table of docs/stability.md has a script of its own, stability_table.py, since
+`haptic-player --scenario all` takes long."""
 import argparse
 import csv
 import difflib
@@ -27,7 +28,7 @@ from vary_constants import fine_molar
 
 ROOT = Path(__file__).resolve().parents[1]
 BEGIN, END = re.compile(r"<!-- table: (\w+) -->"), "<!-- end of table -->"
-TIME = re.compile(r"\b\d+(\.\d+)?(, \d+(\.\d+)?)* (s|us|ms|Hz|steps)\b")
+TIME = re.compile(r"\b\d+(\.\d+)?((, | to )\d+(\.\d+)?)* (s|us|ms|Hz|steps|times)\b")
 
 
 class Programs:
@@ -43,6 +44,11 @@ class Programs:
         if done.returncode not in codes:
             sys.exit(f"doc_tables: {name} {' '.join(map(str, arguments))}: exit code {done.returncode}\n{done.stderr}")
         return done.stdout
+
+    def foreign(self):
+        """The folder of meshes that are not part of the repository."""
+        found = re.search(r"^SPHERETREE_SHARED_DIR:PATH=(.*)$", (self.build / "CMakeCache.txt").read_text(), re.MULTILINE)
+        return Path(found.group(1)) / "meshes" if found else ROOT.parent / "shared/meshes"
 
     def samples(self):
         if not (self.folder / "molar.obj").exists():
@@ -186,10 +192,8 @@ def split_scans(programs):
 
 def split_margin(programs):
     """Distances of the cut from the true margin, over both jaws and three seeds, as the test of the cut prints them."""
-    test = [programs.build / "tests/split_test", "--gtest_filter=CutLabels.Is*"]
-    text = subprocess.run(test, env={**os.environ, "SPHERETREE_LONG": "1"}, check=True, capture_output=True, text=True).stdout
     rows = {}
-    for edge, labels in re.findall(r"^margin, edge ([\d.]+), (.*)$", text, re.MULTILINE):
+    for edge, labels in printed_by(programs, "builder_test", "CutLabels.Is*", r"^margin, edge ([\d.]+), (.*)$", SPHERETREE_LONG="1"):
         for name, *found in re.findall(r"; ([a-z ]+) ([\d.]+) ([\d.]+) ([\d.]+) ([\d.]+) ([\d.]+)", labels):
             rows.setdefault((name, edge), []).append([float(value) for value in found])
     lines = ["| labels | mean edge | within half of the edge | mean | 99 % | at most | in space, at most |", "|---|---|---|---|---|---|---|"]
@@ -352,11 +356,153 @@ def molar_leaves(programs):
     return lines
 
 
-SLOW = {"readme_times": readme_times, "split_scans": split_scans, "split_margin": split_margin, "mouth_leaves": mouth_leaves, "mouth_budget": mouth_budget,
-        "mouth_real_time": mouth_real_time, "mouth_load": mouth_load, "soft_mouth": soft_mouth, "tissue_overhang": tissue_overhang,
-        "tissue_figures": tissue_figures, "simplified_molar": simplified_molar,
-        "step_times": step_times, "qp_times": qp_times, "renderer_means": renderer_means, "molar_leaves": molar_leaves}
-TABLES = {"molar_build": molar_build, "mouth_parts": mouth_parts, **SLOW}
+def renderer_scenarios(programs):
+    """How many scenarios each renderer holds: of all in which it takes part, with a hundredth of the repetitions."""
+    modes = ["paper", "constrained", "points", "volume", "continuous"]
+    programs.run("haptic-player", "--scenario", "all", "--modes", ",".join(modes), "--share", "0.01", "--quality", "quick", "--turned", "0",
+                 "--cache", "player_trees", "--out", "renderers", codes=(0, 5))
+    scenarios = json.loads((programs.folder / "renderers/stability.json").read_text())["scenarios"]
+    lines = ["| scenarios that hold, of those that a renderer takes part in | " + " | ".join(modes) + " |", "|---" * (len(modes) + 1) + "|"]
+    for letter, title in (("F", "along a path"), ("S", "a hand in closed loop")):
+        verdicts = [scenario["verdicts"] for scenario in scenarios if scenario["id"].startswith(letter)]
+        found = [[verdict[mode] for verdict in verdicts if mode in verdict] for mode in modes]
+        lines.append(f"| {letter}1 to {letter}{len(verdicts)}, {title} | " + " | ".join(f"{row.count('holds')} of {len(row)}" for row in found) + " |")
+    return lines
+
+
+def printed_by(programs, test, cases, pattern, **environment):
+    """What a test program prints that matches the pattern."""
+    command = [programs.build / "tests" / test, f"--gtest_filter={cases}"]
+    done = subprocess.run(command, env={**os.environ, **environment}, check=True, capture_output=True, text=True)
+    return re.findall(pattern, done.stdout, re.MULTILINE)
+
+
+def skin_errors(programs):
+    """Errors of flat triangles and of patches, as the test of the skin prints them."""
+    found = printed_by(programs, "builder_test", "BuildSkin.*Round*", r"^skin of a (.*); (\d+); (\S+) mm flat, (\S+) mm, (\S+) degrees$")
+    lines = ["| mesh | flat triangles: position [mm] | patches: position [mm] | normal [degrees] |", "|---|---|---|---|"]
+    for what, triangles, *errors in sorted(found, key=lambda row: (row[0], int(row[1]))):
+        lines.append(f"| {what}, {int(triangles):,} triangles | " + " | ".join(short(float(error)) for error in errors) + " |")
+    return lines
+
+
+def built(programs, mesh, *options):
+    """Report of a build of a mesh at quick."""
+    programs.run("spheretree", "build", mesh, "-o", "built.stree", "--quality", "quick", "-q", "--report", "built.json", *options, codes=(0, 5))
+    return json.loads((programs.folder / "built.json").read_text())
+
+
+def octree_levels(programs):
+    """Overhang of the leaves of octants, and of the least tolerance in reach [mm]."""
+    lines = ["| mesh | octants, 4 levels | 4 levels | 5 levels | 6 levels |", "|---|---|---|---|---|"]
+    for title, name in (("tooth", "tooth"), ("the toolkit's probe", "probe")):
+        found = [built(programs, programs.foreign() / f"toolkit/{name}.obj", "--builder", "octree", *options)["levels"][-1]["overhang_bound_mm"]
+                 for options in ([], *(["--tolerance", "1e-4", "--levels", str(levels)] for levels in (4, 5, 6)))]
+        lines.append(f"| {title} | " + " | ".join(map(short, found)) + " |")
+    return lines
+
+
+def octree_nodes(programs):
+    """Nodes for a tolerance, and the fewest of a full search, as the test of tolerances prints them."""
+    found = printed_by(programs, "tolerance_test", "Tolerance.KeptWith*", r"^(\w+) +octree +tolerance .*: +(\d+) nodes, full search +(\d+)$", SPHERETREE_LONG="1")
+    meshes = {}
+    for mesh, nodes, fewest in found:
+        meshes.setdefault(mesh, []).append((nodes, fewest))
+    titles = {"box": "box 3 x 2 x 1", "torus": "torus 5 : 1", "probe": "sample probe", "tooth": "tooth", "plate": "plate 1 x 1 x 0.01"}
+    return ["| mesh | nodes | fewest |", "|---|---|---|",
+            *(f"| {titles[mesh]} | " + " | ".join(", ".join(column) for column in zip(*pairs)) + " |" for mesh, pairs in meshes.items())]
+
+
+DAMAGED = [("skull from CT, with inner walls", "skull_ct.ply"), ("maxilla from CT, porous", "maxilla_ct_porous.ply"),
+           ("gums with tongue, open below", "gums_and_tongue_open.obj"), ("head and neck, open below", "head_neck_open.ply"),
+           ("plaster cast of an upper jaw", "upper_cast.obj"), ("upper arch, 16 teeth sunk into the gum", "upper_arch_with_gum.obj"),
+           ("endoscope in pieces with cracks", "endoscope_tool_open.obj")]
+
+
+def damaged_meshes(programs):
+    """What the repair does to damaged scans and models, and the overhang of their trees."""
+    lines = ["| mesh | triangles | border edges | steps | `bound_mm` | overhang bound, % of D | processor time |", "|---|---|---|---|---|---|---|"]
+    for title, name in DAMAGED:
+        checked = json.loads(programs.run("spheretree", "check", programs.foreign() / f"dental/{name}", "--json", codes=(0, 4)))
+        border = sum(defect["count"] for defect in checked["defects"] if defect["kind"] == "border")
+        begin = processor_time()
+        report = built(programs, programs.foreign() / f"dental/{name}")
+        seconds = processor_time() - begin
+        steps = ", ".join(f"`{step['step']}`" for step in report["repair"]["steps"])
+        share = 100 * report["levels"][-1]["overhang_bound_mm"] / report["mesh"]["diagonal_mm"]
+        lines.append(f"| {title} | {checked['triangles']:,} | {border:,} | {steps} | {report['repair']['bound_mm']:.2g} | {share:.2f} | {seconds:.1f} s |")
+    return lines
+
+
+@functools.cache
+def toolkit_rows(programs, quality):
+    """Our trees beside those of the reference program, by the script that compares them."""
+    judge = programs.build / "tests/judge/judge"
+    if not judge.is_file():
+        sys.exit(f"doc_tables: no {judge}, which measures the trees; the tests build it (ctest -R judge_build)")
+    subprocess.run([sys.executable, ROOT / "tests/pipeline/toolkit_comparison.py", judge,
+                    programs.build / "tools/spheretree/spheretree", programs.foreign() / "toolkit", "toolkit", "--quality", quality, "--json", "toolkit.json"],
+                   cwd=programs.folder, check=True, stdout=subprocess.DEVNULL)
+    return json.loads((programs.folder / "toolkit.json").read_text())["rows"]
+
+
+def toolkit_trees(programs):
+    """Overhang of the leaves and processor time at standard, and in parentheses those of the reference program."""
+    found = {(row["mesh"], row["builder"]): row for row in toolkit_rows(programs, "standard")}
+    lines = ["| mesh | Merge | Grid | Combined |", "|---|---|---|---|"]
+    for mesh, title in (("tooth", "tooth, 3,920 triangles"), ("bunny-2000", "bunny, 1,998"), ("probe", "probe, 1,088"), ("cube", "cube"), ("plate", "plate 1 x 1 x 0.01")):
+        rows = [found[mesh, builder] for builder in ("merge", "grid", "combined")]
+        lines.append(f"| {title} | " + " | ".join(f"{row['max_pct'][-1]:.2f} in {row['processor_s']:.2f} s ({row['toolkit_max_pct']:.2f} in {row['toolkit_processor_s']:.0f} s)"
+                                                 for row in rows) + " |")
+    return lines
+
+
+def toolkit_times(programs):
+    """Time of the reference program over ours: least and greatest of the meshes."""
+    builders = ["merge", "burst", "expand", "spawn", "grid", "combined"]
+    lines = ["| quality | " + " | ".join(name.capitalize() for name in builders) + " |", "|---" * (len(builders) + 1) + "|"]
+    for quality in ("quick", "standard"):
+        ratios = [[row["toolkit_processor_s"] / row["processor_s"] for row in toolkit_rows(programs, quality) if row["builder"] == name] for name in builders]
+        lines.append(f"| `{quality}` | " + " | ".join(f"{min(ratio):.0f} to {max(ratio):.0f} times" for ratio in ratios) + " |")
+    return lines
+
+
+def sensitivity(programs):
+    """Largest change of the overhang bound, in per cent, when the tooth of the toolkit is given in another form."""
+    programs.run("spheretree", "compare", programs.foreign() / "toolkit/tooth.obj", "-o", "sensitivity", "--qualities", "standard", "--sensitivity", "8", "-q")
+    found = json.loads((programs.folder / "sensitivity/compare.json").read_text())["stability"]
+    lines = ["| builder | rotations | noise | scale 1.7 | subdivision |", "|---|---|---|---|---|"]
+    for entry in found:
+        change = {row["change"]: max(100 * row["largest_change"], 0.001) for row in entry["rows"]}
+        lines.append(f"| `{entry['builder']}` | " + " | ".join(short(change[name]) for name in ("rotation", "noise", "scale 1.7", "subdivision")) + " |")
+    return lines
+
+
+def tolerance_leaves(programs):
+    """Leaves of a tolerance over the fewest of some seeds, and the time of --tolerance over that of --leaves."""
+    few = [f"dental/tooth_FDI{name}.stl" for name in ("14_premolar", "48_wisdom_tooth")] + ["bench/cad_fandisk.obj", "bench/organic_hyoid_bone.obj"]
+    many = few + [f"dental/tooth_FDI{name}.stl" for name in ("11_incisor", "26_molar")] + [
+        f"bench/{name}" for name in ("cad_metacarpal_link.obj", "elongated_cylinder.stl", "organic_spot.obj", "cad_thin_plate.obj")]
+    lines = ["| meshes, quality, leaves | leaves, relative to the fewest of some seeds: geometric mean, largest | time, relative to `--leaves`: geometric mean, largest |",
+             "|---|---|---|"]
+    for meshes, quality, leaves, seeds in ((many, "quick", 150, 10), (many, "standard", 150, 10), (few, "standard", 440, 5)):
+        subprocess.run([sys.executable, ROOT / "tests/pipeline/tolerance_figures.py", programs.build / "tools/spheretree/spheretree",
+                        *(programs.foreign() / mesh for mesh in meshes), "--leaves", str(leaves), "--seeds", str(seeds), "--quality", quality, "--json", "tolerance.json"],
+                       cwd=programs.folder, check=True, stdout=subprocess.DEVNULL)
+        rows = json.loads((programs.folder / "tolerance.json").read_text())
+        cells = [f"{statistics.geometric_mean(ratios):.3f}, {max(ratios):.3f}" for ratios in (
+            [row[ours] / row[theirs] for row in rows] for ours, theirs in (("leaves", "fewest_leaves"), ("seconds", "seconds_of_leaves")))]
+        teeth = sum("tooth" in mesh for mesh in meshes)
+        lines.append(f"| {len(meshes)} ({teeth} teeth), `{quality}`, {leaves} | {cells[0]} ({seeds} seeds) | {cells[1]} times |")
+    return lines
+
+
+FOREIGN = {"sensitivity", "toolkit_trees", "toolkit_times", "tolerance_leaves", "octree_levels", "octree_nodes", "damaged_meshes"}  # tables of meshes of others
+SLOW = {function.__name__: function for function in (
+    readme_times, split_scans, split_margin, mouth_leaves, mouth_budget, mouth_real_time, mouth_load, soft_mouth, tissue_overhang, tissue_figures,
+    simplified_molar, step_times, qp_times, renderer_means, renderer_scenarios, molar_leaves, damaged_meshes, octree_levels, octree_nodes,
+    sensitivity, toolkit_trees, toolkit_times, tolerance_leaves)}
+TABLES = {function.__name__: function for function in (molar_build, mouth_parts, skin_errors)} | SLOW
 
 
 def tables_of(page):
@@ -384,6 +530,9 @@ def main():
             for name, first, last in reversed(list(tables_of(page))):
                 seen.add(name)
                 if options.names and name not in options.names or not options.names and name in SLOW and not options.slow:
+                    continue
+                if name in FOREIGN and not programs.foreign().is_dir():
+                    print(f"doc_tables: {name}: left out, without {programs.foreign()}")
                     continue
                 made = TABLES[name](programs)
                 lines = page.read_text(encoding="utf-8").split("\n")

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""tools/vary_constants.py [PATTERN...]: what half and twice each constant of builder and runtime do. Writes
+"""tools/vary_constants.py [--update] [PATTERN...]: what half and twice each constant of builder and runtime do. Writes
 build/vary/figures.csv
 
 Builds the programs once, in a copy of the checkout in which every numeric constant of libspheretree/src and
@@ -15,7 +15,8 @@ the thickness below which a twentieth of the mesh is (as the error), and the lea
 the bytes). Of a split, on a noisy scan with jagged labels: one and the crossing pairs (as the error), the length of all
 borders (in place of the bytes) and processor time. Of the runtime, along the teeth of the sample mouth: the largest
 step of the force (as the error), the 99.9th percentile of a step's time (in place of the bytes) and processor time.
-Rows of docs/constants.md of the kind `measured` come from here."""
+Rows of docs/constants.md of the kind `measured` come from here; --update puts figures of the overhang into those that
+have some, in place of the text from "Half:" or "No effect" on."""
 import csv
 import fnmatch
 import json
@@ -315,8 +316,43 @@ def measured(variation, key):
     return FIGURES[key](variation) if key in FIGURES else figures(CASES[key], variation, key)
 
 
+def sentence(half, twice):
+    """What a row of docs/constants.md says: `half` and `twice` are rows of figures.csv."""
+    if any("failed" in found for found in (half, twice)):
+        return "; ".join(f"{name}: " + ("no tree" if "failed" in found else f"overhang {float(found['error']):.3f}, time {float(found['time']):.2f}")
+                         for name, found in (("Half", half), ("twice", twice)))
+    error, size, time = ([float(found[key]) for found in (half, twice)] for key in ("error", "bytes", "time"))
+    if error == size == [1, 1]:
+        return f"No effect on the overhang in these cases; time {time[0]:.2f} and {time[1]:.2f}"
+    said = f"Half: overhang {error[0]:.3f}, time {time[0]:.2f}; twice: overhang {error[1]:.3f}, time {time[1]:.2f}"
+    return said + (f"; bytes {size[0]:.3f} and {size[1]:.3f}" if any(abs(value - 1) >= 0.0005 for value in size) else "")
+
+
+def update_rows():
+    """Puts the figures of figures.csv into docs/constants.md."""
+    page = ROOT / "docs/constants.md"
+    lines = page.read_text(encoding="utf-8").split("\n")
+    found = {}
+    with (WORK / "figures.csv").open(encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            found.setdefault(row["constant"], []).append({"failed": 1} if row["error"] == "failed" else row)
+    section = ""
+    for number, line in enumerate(lines):
+        if line.startswith("### `"):
+            section = shortened(line.strip("# `"))
+        cells = re.findall(r"`([^`]+)`", line) if line.startswith("| `") else []
+        if not cells:
+            continue
+        key = f"{shortened(cells[0])}:{cells[1]}" if "/" in cells[0] else f"{section}:{cells[0]}"
+        begin = re.search(r"(Half: (overhang|no tree)|No effect on the overhang)", line)
+        if key in found and begin:
+            lines[number] = f"{line[:begin.start()]}{sentence(*found.pop(key))} |"
+    page.write_text("\n".join(lines), encoding="utf-8")
+    print("without figures of the overhang in docs/constants.md:", ", ".join(found) or "none")
+
+
 def main():
-    patterns = sys.argv[1:] or ["*"]
+    patterns = [word for word in sys.argv[1:] if word != "--update"] or ["*"]
     player = ["haptic-player"] if any(p.startswith(("runtime/", "*")) for p in patterns) else []
     splits = ["make_scans"] if any(p.startswith(("split/", "*")) for p in patterns) else []
     asking, kept_all = build(["spheretree", "make_samples", *splits, *player])
@@ -351,6 +387,8 @@ def main():
                 writer.writerow([constant, factor, *row])
                 file.flush()
     print(f"{len(constants + kept)} constants: {WORK}/figures.csv")
+    if "--update" in sys.argv:
+        update_rows()
 
 
 if __name__ == "__main__":

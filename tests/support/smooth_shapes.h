@@ -97,10 +97,11 @@ inline Eigen::Vector3d randomPlace(Random& random) {
   return {1 - u - v, u, v};
 }
 
-/// The largest errors of points of patches relative to a surface.
+/// The largest errors of points relative to a surface.
 struct SkinErrors {
   double position = 0;  // [mm]
   double normal = 0;    // [rad]
+  double flat = 0;      // of the points of the flat triangles [mm]
 };
 
 /// For `samples` points of each patch that satisfies `counts` (all if empty). `project` gives the nearest point of the
@@ -117,6 +118,7 @@ inline SkinErrors errorsAgainst(const Skin& skin, const std::function<std::array
       const auto [q, n] = project(p.position);
       worst.position = std::max(worst.position, (p.position - q).norm());
       worst.normal = std::max(worst.normal, std::atan2(p.normal.cross(n).norm(), p.normal.dot(n)));
+      worst.flat = std::max(worst.flat, (p.flat - project(p.flat)[0]).norm());
     }
   }
   return worst;

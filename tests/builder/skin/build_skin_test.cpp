@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <numbers>
@@ -51,6 +52,13 @@ std::size_t sharpCount(const Skin& skin) {
   return static_cast<std::size_t>(std::count_if(skin.edges.begin(), skin.edges.end(), [](const SkinEdge& e) { return e.is_sharp != 0; }));
 }
 
+/// A row of the table of docs/algorithms/skin/skin.md.
+test::SkinErrors printed(const char* what, std::size_t triangles, const test::SkinErrors& errors) {
+  std::printf("skin of a %s; %zu; %.6f mm flat, %.6f mm, %.4f degrees\n", what, triangles, errors.flat, errors.position,
+              errors.normal / kDegree);
+  return errors;
+}
+
 TEST(BuildSkin, IsSound) {
   for (const TriangleMesh& mesh : sampleMeshes()) {
     const Skin skin = skinOf(mesh, 0.2);
@@ -74,9 +82,13 @@ TEST(BuildSkin, OfASphereIsRound) {
   const Skin skin = skinOf(test::sphereMesh(5, 4), 1);
   EXPECT_EQ(sharpCount(skin), 0u);
   const auto surface = [](const Vector3d& p) { return std::array<Vector3d, 2>{5 * p.normalized(), p.normalized()}; };
-  const test::SkinErrors errors = test::errorsAgainst(skin, surface);
+  const auto errors_of = [&](const Skin& of) {
+    return printed("sphere of radius 5", of.triangles.size(), test::errorsAgainst(of, surface));
+  };
+  const test::SkinErrors errors = errors_of(skin), coarse = errors_of(skinOf(test::sphereMesh(5, 3), 1));
   EXPECT_LT(errors.position, 0.006);  // flat triangles are up to 0.05 inside
   EXPECT_LT(errors.normal, 1.2 * kDegree);
+  EXPECT_LT(errors.position, 0.3 * coarse.position) << "the second power of the length of the edges";
 }
 
 TEST(BuildSkin, OfATorusIsRound) {
@@ -84,8 +96,10 @@ TEST(BuildSkin, OfATorusIsRound) {
     const Vector3d c = 6 * Vector3d(p.x(), p.y(), 0).normalized(), n = (p - c).normalized();
     return std::array<Vector3d, 2>{c + 2 * n, n};
   };
-  const test::SkinErrors coarse = test::errorsAgainst(skinOf(test::torusMesh(6, 2, 32, 16), 1), surface),
-                         fine = test::errorsAgainst(skinOf(test::torusMesh(6, 2, 64, 32), 1), surface);
+  const auto errors_of = [&](const TriangleMesh& mesh) {
+    return printed("torus of radii 6 and 2", mesh.triangles.size(), test::errorsAgainst(skinOf(mesh, 1), surface));
+  };
+  const test::SkinErrors coarse = errors_of(test::torusMesh(6, 2, 32, 16)), fine = errors_of(test::torusMesh(6, 2, 64, 32));
   EXPECT_LT(fine.position, 4e-4);
   EXPECT_LT(fine.normal, 0.02 * kDegree);
   EXPECT_LT(fine.normal, 0.2 * coarse.normal) << "the third power of the length of the edges";
@@ -103,7 +117,9 @@ TEST(BuildSkin, OfACylinderIsRoundUpToItsFlatCaps) {
   const auto is_middle = [&](const test::PatchPoint& p) { return is_side(p) && std::abs(p.position.z() - 4) < 2; };
   EXPECT_LT(test::errorsAgainst(skin, surface, is_side).normal, 0.02 * kDegree);
   EXPECT_LT(test::errorsAgainst(skin, surface, is_side).position, 0.015);  // the sharp edges are straight: 3 (1 - cos 5.6 degrees)
-  EXPECT_LT(test::errorsAgainst(skin, surface, is_middle).position, 2e-4);
+  const test::SkinErrors middle =
+      printed("cylinder of radius 3 with caps, away from its ends", skin.triangles.size(), test::errorsAgainst(skin, surface, is_middle));
+  EXPECT_LT(middle.position, 2e-4);
 }
 
 TEST(BuildSkin, StaysWithinItsStatedBounds) {
