@@ -34,7 +34,7 @@ if [[ "${1:-}" != --build ]]; then
 fi
 if [[ "${1:-}" == --lanes ]]; then packages+=(clang-tidy gcovr); fi
 if [[ "${1:-}" == --ci || "${1:-}" == --lanes ]]; then
-  packages+=(clang clang-format git chromium chromium-driver xvfb xdotool parallel slurmctld slurmd slurm-client munge python3-scipy)
+  packages+=(clang clang-format dpkg-dev git chromium chromium-driver xvfb xdotool parallel slurmctld slurmd slurm-client munge python3-scipy)
 fi
 
 missing=()

@@ -3,6 +3,7 @@
 
 #define TINYGLTF_IMPLEMENTATION
 #include "glb_writer.h"
+#include "spheretree/core/rounding.h"
 
 #include <algorithm>
 #include <cstring>
@@ -47,7 +48,7 @@ int GlbWriter::addPoints(const std::vector<Eigen::Vector3d>& points, double scal
   std::vector<double> low(3, std::numeric_limits<double>::infinity()), high(3, -std::numeric_limits<double>::infinity());
   for (const Eigen::Vector3d& p : points)
     for (int axis = 0; axis < 3; ++axis) {
-      const auto x = static_cast<float>(p[axis] * scale);
+      const float x = roundToFloat(p[axis] * scale);
       append(buffer_, x);
       double &smallest = low[static_cast<std::size_t>(axis)], &largest = high[static_cast<std::size_t>(axis)];
       smallest = std::min(smallest, static_cast<double>(x)), largest = std::max(largest, static_cast<double>(x));

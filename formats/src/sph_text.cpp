@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "spheretree/core/rounding.h"
 #include "spheretree/formats/errors.h"
 #include "text_scan.h"
 
@@ -128,7 +129,7 @@ SphereTree parseSph(std::string_view text, const std::string& name) {
     if (slot.used) {
       for (const double x : slot.centre)
         if (!(std::abs(x) <= std::numeric_limits<float>::max())) lines.fail(node + ": a coordinate is not a finite float");
-      const auto stored = static_cast<float>(slot.radius);
+      const float stored = roundToFloat(slot.radius);
       if (!(slot.radius > 0) || !std::isfinite(stored) || !(stored > 0)) lines.fail(node + ": the radius is not finite and above 0");
       if (i > 0 && !slots[(i - 1) / width].used)
         lines.fail(node + ": is used, but its parent, node " + std::to_string((i - 1) / width) + ", is not");
@@ -156,8 +157,8 @@ SphereTree parseSph(std::string_view text, const std::string& name) {
         if (slots[c].used && hasChild(c) == inner) order.push_back(c);
     tree.child_count.push_back(static_cast<std::uint8_t>(order.size() - first));
     const Slot& s = slots[slot];
-    tree.cover.push_back({static_cast<float>(s.centre[0] - tree.origin_mm[0]), static_cast<float>(s.centre[1] - tree.origin_mm[1]),
-                          static_cast<float>(s.centre[2] - tree.origin_mm[2]), static_cast<float>(s.radius)});
+    tree.cover.push_back({roundToFloat(s.centre[0] - tree.origin_mm[0]), roundToFloat(s.centre[1] - tree.origin_mm[1]),
+                          roundToFloat(s.centre[2] - tree.origin_mm[2]), roundToFloat(s.radius)});
   }
   if (!linkNodes(tree)) throw FormatError(name + ": the nodes do not make a tree. Export the tree again.");
   encloseDescendants(tree);

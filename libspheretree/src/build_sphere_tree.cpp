@@ -12,6 +12,7 @@
 #include "build_levels.h"
 #include "certify/certify_levels.h"
 #include "certify/overhang_bound.h"
+#include "certify/prove_tree.h"
 #include "geometry/distance_field.h"
 #include "level_search.h"
 #include "mesh/canonical_order.h"
@@ -22,6 +23,7 @@
 #include "spheretree/builder/provenance.h"
 #include "spheretree/core/mesh_edit.h"
 #include "spheretree/core/rounding.h"
+#include "spheretree/core/sphere_tree_codec.h"
 #include "tree/assemble_tree.h"
 #include "tree/hierarchy.h"
 #include "tree/promote_leaves.h"
@@ -141,6 +143,16 @@ void recordProvenance(const TriangleMesh& mesh, const DistanceField& field, cons
   from.seed = settings.seed;
 }
 
+// Proves the tree that a reader decodes from the bytes of the file.
+void prove(const TriangleMesh& mesh, const DistanceField& field, const SphereTree& tree, Progress& progress) {
+  SphereTree decoded;
+  std::string fault = findFault(tree);
+  if (fault.empty() && decodeSphereTree(encodeSphereTree(tree), decoded, &fault) == LoadStatus::Ok && !(decoded == tree))
+    fault = "its file holds another tree";
+  if (fault.empty()) fault = findUnproven(mesh, field, decoded, progress);
+  if (!fault.empty()) throw std::logic_error("build: the tree is unsound, please report this: " + fault);
+}
+
 BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress, const TriangleMesh& cover_too) {
   BuildResult result;
   BuildStatistics& statistics = result.statistics;
@@ -178,8 +190,9 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   progress.stage("skin");
   addSkin(mesh, surface, settings, tree, progress);
   clock.finish("skin");
-  const std::string fault = findFault(tree);
-  if (!fault.empty()) throw std::logic_error("build: the tree is unsound, please report this: " + fault);
+  progress.stage("proof");
+  prove(to_cover, field, tree, progress);
+  clock.finish("proof");
   return result;
 }
 

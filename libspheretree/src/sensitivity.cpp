@@ -10,6 +10,7 @@
 
 #include "base/random.h"
 #include "spheretree/builder/mesh_checks.h"
+#include "spheretree/core/rounding.h"
 
 namespace spheretree::builder {
 
@@ -110,7 +111,7 @@ class Measurer {
  private:
   static double boundOf(const BuildResult& result) { return result.statistics.levels.back().overhang_bound_mm; }
   bool isSame(const SphereTree& tree, double scale) const {
-    const auto f = static_cast<float>(scale);
+    const float f = roundToFloat(scale);
     return std::equal(
         tree.cover.begin(), tree.cover.end(), plain_.tree.cover.begin(), plain_.tree.cover.end(),
         [f](const Sphere& a, const Sphere& b) { return a.x == f * b.x && a.y == f * b.y && a.z == f * b.z && a.radius == f * b.radius; });

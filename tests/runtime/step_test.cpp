@@ -8,8 +8,10 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
 
+#include "spheretree/core/crc64.h"
 #include "support/count_allocations.h"
 #include "support/rig.h"
 
@@ -361,6 +363,22 @@ TEST(Step, AlwaysAnswers) {
       ASSERT_LT(r.work, rig.scene.stepLimits().max_work + 40 * 101 * (rig.scene.stepLimits().max_pairs / 8 + 1) / 10) << seed << ' ' << n;
     }
   }
+}
+
+// Whatever compiler and options this was compiled with.
+TEST(Step, GivesTheSameBytesInEveryBuild) {
+  std::uint64_t sum = 0;
+  for (const Mode mode : {Mode::Constrained, Mode::Published}) {
+    Rig rig(test::rodTree(12, 7, 1.3), test::thinPlate(0.4));
+    rig.mode = mode;
+    for (int n = 0; n < 1000; ++n) {
+      const double t = n / 1000.0, u = t * (1 - t);
+      const StepResult r = rig.to({{9 * t - 3, 20 * u * u, 6 - 30 * u}, Quaternion(1, 0.8 * t, 0.3 - u, t * u).normalized()});
+      const auto add = [&](const auto& vector) { sum = crc64(std::as_bytes(std::span(vector.data(), std::size_t(vector.size()))), sum); };
+      add(r.graphic.position), add(r.graphic.orientation.coeffs()), add(r.wrench.force), add(r.wrench.torque);
+    }
+  }
+  EXPECT_EQ(sum, 0x0u);
 }
 
 TEST(Step, BadPosesDecay) {

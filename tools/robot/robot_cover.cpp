@@ -350,7 +350,7 @@ RobotCover coverRobot(const Robot& robot, const CoverSettings& settings, builder
 MetreSphere metreSphere(const LinkBall& ball) {
   constexpr double kHalfUlp = 0x1p-24;  // relative error of rounding to float
   const Eigen::Vector3d centre = ball.centre / 1000;
-  const Eigen::Vector3f rounded = centre.cast<float>();
+  const Eigen::Vector3f rounded = roundToFloat(centre);
   // The decimals differ from the float that they represent by at most half a unit, in each coordinate and the radius.
   const double off = (rounded.cast<double>() - centre).norm() + kHalfUlp * rounded.cast<double>().norm();
   const double radius = (ball.radius / 1000 + off) * (1 + 2 * kHalfUlp);

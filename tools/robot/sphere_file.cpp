@@ -6,6 +6,7 @@
 #include "robot/xml_element.h"
 #include "robot/yaml_text.h"
 #include "run_files.h"
+#include "spheretree/core/rounding.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 
@@ -206,8 +207,8 @@ bool isSphereFile(const fs::path& path) {
 SphereTree levelOf(const SphereSet& set) {
   SphereTree tree;
   for (const LinkBall& ball : set.balls) {
-    const Eigen::Vector3f c = ball.centre.cast<float>();
-    tree.cover.push_back({c.x(), c.y(), c.z(), static_cast<float>(ball.radius)});
+    const Eigen::Vector3f c = roundToFloat(ball.centre);
+    tree.cover.push_back({c.x(), c.y(), c.z(), roundToFloat(ball.radius)});
   }
   tree.bound_index.assign(set.balls.size(), kNoBound);
   tree.first_child.assign(set.balls.size(), 0);

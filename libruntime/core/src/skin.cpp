@@ -8,6 +8,7 @@
 
 #include "describe.h"
 #include "search_tree_spheres.h"
+#include "spheretree/core/rounding.h"
 
 namespace spheretree {
 namespace {
@@ -67,13 +68,6 @@ std::string findElementFault(const Skin& skin) {
   return {};
 }
 
-Vector3f positionOf(const Skin& skin, const SkinVertex& vertex) {
-  Vector3f position;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    position[static_cast<Eigen::Index>(axis)] = skin.low[axis] + skin.step * static_cast<float>(vertex.position[axis]);
-  return position;
-}
-
 // From the middle of a side's chord to the middle of the side.
 Vector3f offsetOf(const Skin& skin, const SkinEdge& edge) {
   const Vector3f steps(static_cast<float>(edge.offset[0]), static_cast<float>(edge.offset[1]), static_cast<float>(edge.offset[2]));
@@ -86,7 +80,7 @@ class PatchCheck {
  public:
   explicit PatchCheck(const Skin& skin) : skin_(skin) {
     corners_.reserve(skin.vertices.size());
-    for (const SkinVertex& v : skin.vertices) corners_.push_back(padded(positionOf(skin, v)));
+    for (const SkinVertex& v : skin.vertices) corners_.push_back(padded(positionOf(skin, v.position)));
     bends_.reserve(skin.edges.size());
     for (const SkinEdge& e : skin.edges) bends_.push_back(padded(2 * offsetOf(skin, e)));
     float size = 0;
@@ -191,10 +185,17 @@ SkinPatch assemble(const Skin& skin, std::size_t triangle, const VertexNode& ver
   return patch;
 }
 
-SkinNode nodeOf(const Skin& skin, const SkinVertex& v) { return {positionOf(skin, v), unpackNormal(v.normal)}; }
+SkinNode nodeOf(const Skin& skin, const SkinVertex& v) { return {positionOf(skin, v.position), unpackNormal(v.normal)}; }
 SkinNode nodeOf(const Skin& skin, const SkinEdge& e) { return {offsetOf(skin, e), unpackNormal(e.normal)}; }
 
 }  // namespace
+
+Vector3f positionOf(const Skin& skin, const SkinPosition& steps) {
+  Vector3f position;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    position[static_cast<Eigen::Index>(axis)] = skin.low[axis] + skin.step * static_cast<float>(steps[axis]);
+  return position;
+}
 
 SkinPatch patchOf(const Skin& skin, std::size_t triangle) {
   return assemble(

@@ -195,7 +195,7 @@ Ball enclosing(std::span<const Item> items) {
 Sphere smallestEnclosing(std::span<const Sphere> spheres) {
   std::vector<Ball> balls;
   for (const Sphere& s : spheres) balls.push_back({centreOf(s), s.radius});
-  const Eigen::Vector3f centre = enclosingCentre(std::span<const Ball>(balls)).cast<float>();  // rounded as in the file
+  const Eigen::Vector3f centre = roundToFloat(enclosingCentre(std::span<const Ball>(balls)));
   const double radius = farthestOf(std::span<const Ball>(balls), centre.cast<double>()).reach;
   return {centre.x(), centre.y(), centre.z(), roundUp(radius)};
 }

@@ -134,7 +134,7 @@ Sphere aroundAll(std::span<const Sphere> spheres) {
     const Eigen::Array3d c = Eigen::Array3f(s.x, s.y, s.z).cast<double>();
     low = low.min(c), high = high.max(c);
   }
-  const Eigen::Array3f centre = (0.5 * (low + high)).cast<float>();
+  const Eigen::Vector3f centre = roundToFloat(Vector3d(0.5 * (low + high)));
   Sphere around{centre.x(), centre.y(), centre.z(), 0};
   double radius = 0;
   for (const Sphere& s : spheres) radius = std::max(radius, reach(around, s));
@@ -246,7 +246,7 @@ void moveLeaves(const Tissue& tissue, std::span<const Vector3d> displacements, s
   constexpr double kRounding = 1e-12, kPoint = 1e-6;
   const auto vertices = static_cast<std::uint32_t>(tissue.surface.size());
   for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
-    const Eigen::Vector3f centre = movedCentre(tissue, tissue.leaves.anchors[leaf], displacements, positions).cast<float>();
+    const Eigen::Vector3f centre = roundToFloat(movedCentre(tissue, tissue.leaves.anchors[leaf], displacements, positions));
     const Vector3d from = centre.cast<double>();
     double farthest2 = 0;
     for (std::uint32_t i = tissue.leaves.begin[leaf]; i < tissue.leaves.begin[leaf + 1]; ++i) {

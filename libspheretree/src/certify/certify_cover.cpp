@@ -11,6 +11,7 @@
 #include <string>
 
 #include "certify/power_cells.h"
+#include "certify/triangle_piece.h"
 #include "spheretree/core/rounding.h"
 
 namespace spheretree::builder {
@@ -19,37 +20,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::size_t kTrianglesAChunk = 256;
 constexpr double kRelative = 0.1;  // relative accuracy of a growth: without it, the number of pieces would grow as the square of a gap
 constexpr double kSame = 1e-3;     // as a share of the gap: corners of a gap this near to each other are one corner, of two cells
 constexpr double kFine = 50;       // pieces of sides up to this multiple of the resolution are not split further to avoid a growth
-
-struct Piece {
-  std::array<Vector3d, 3> corner;
-};
-
-Vector3d centroidOf(const Piece& piece) { return (piece.corner[0] + piece.corner[1] + piece.corner[2]) / 3; }
-
-double radiusAbout(const Piece& piece, const Vector3d& c) {
-  double largest = 0;
-  for (const Vector3d& p : piece.corner) largest = std::max(largest, (p - c).squaredNorm());
-  return std::sqrt(largest);
-}
-
-Vector3d farthestCorner(const Piece& piece, const Vector3d& c) {
-  return *std::max_element(piece.corner.begin(), piece.corner.end(),
-                           [&](const Vector3d& a, const Vector3d& b) { return (a - c).squaredNorm() < (b - c).squaredNorm(); });
-}
-
-double side2(const Piece& p, std::size_t opposite) { return (p.corner[(opposite + 1) % 3] - p.corner[(opposite + 2) % 3]).squaredNorm(); }
-
-// Returns the index of the corner opposite the longest side.
-std::size_t longestSide(const Piece& piece) {
-  std::size_t k = 0;
-  for (std::size_t j = 1; j < 3; ++j)
-    if (side2(piece, j) > side2(piece, k)) k = j;
-  return k;
-}
 
 std::size_t shortestSide(const Piece& piece) {
   std::size_t k = 0;
@@ -58,13 +31,9 @@ std::size_t shortestSide(const Piece& piece) {
   return k;
 }
 
-// Halves the piece at the side opposite corner k: if that is the longest, slivers become compact. Both halves have
-// exactly the same new corner.
-std::array<Piece, 2> halvesOf(const Piece& piece, std::size_t k) {
-  const Vector3d halfway = 0.5 * (piece.corner[(k + 1) % 3] + piece.corner[(k + 2) % 3]);
-  std::array<Piece, 2> halves{piece, piece};
-  halves[0].corner[(k + 2) % 3] = halves[1].corner[(k + 1) % 3] = halfway;
-  return halves;
+Vector3d farthestCorner(const Piece& piece, const Vector3d& c) {
+  return *std::max_element(piece.corner.begin(), piece.corner.end(),
+                           [&](const Vector3d& a, const Vector3d& b) { return (a - c).squaredNorm() < (b - c).squaredNorm(); });
 }
 
 // Splits one triangle until each piece lies in one ball or the caller accepts it.
@@ -141,18 +110,6 @@ class Splitter {
   std::vector<std::uint32_t> near_;
 };
 
-Piece pieceOf(const TriangleMesh& mesh, std::size_t t, const Vector3d& origin) {
-  return {{mesh.corner(t, 0) - origin, mesh.corner(t, 1) - origin, mesh.corner(t, 2) - origin}};
-}
-
-// Upper bound of the rounding error of a split point or a distance: a split is at most 100 deep, and each midpoint is
-// off by half an ulp.
-double roundingMargin(const TriangleMesh& mesh, const Vector3d& origin) {
-  double largest = origin.cwiseAbs().maxCoeff();
-  for (const Vector3d& p : mesh.positions) largest = std::max(largest, p.cwiseAbs().maxCoeff());
-  return 1e-13 * largest;
-}
-
 // The ball that needs the smallest growth to contain a piece, among those near it, or among all if none is near. Ties
 // go to the lower number.
 struct Growth {
@@ -195,8 +152,8 @@ std::vector<Ball> storedBalls(std::span<const Ball> balls, const Vector3d& origi
     const Vector3d c = balls[i].centre - origin;
     if (!c.allFinite() || !std::isfinite(balls[i].radius) || c.cwiseAbs().maxCoeff() > kLargest || std::abs(balls[i].radius) > kLargest)
       throw std::invalid_argument("certify: ball " + std::to_string(i) + " does not fit into float32");
-    const Eigen::Vector3f centre = c.cast<float>();
-    const float radius = std::max(static_cast<float>(balls[i].radius), std::numeric_limits<float>::min());
+    const Eigen::Vector3f centre = roundToFloat(c);
+    const float radius = std::max(roundToFloat(balls[i].radius), std::numeric_limits<float>::min());
     stored.push_back({centre.cast<double>(), static_cast<double>(radius)});
   }
   return stored;
@@ -268,7 +225,7 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
   out.spheres.reserve(stored.size());
   for (std::size_t i = 0; i < stored.size(); ++i) {
     out.largest_growth = std::max(out.largest_growth, radius[i] - stored[i].radius);
-    const Eigen::Vector3f c = stored[i].centre.cast<float>();
+    const Eigen::Vector3f c = roundToFloat(stored[i].centre);
     out.spheres.push_back({c.x(), c.y(), c.z(), roundUp(radius[i])});
   }
   return out;

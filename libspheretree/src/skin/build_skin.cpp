@@ -141,7 +141,7 @@ class Packer {
     Eigen::AlignedBox3d box;
     for (const Triangle& t : mesh.triangles)
       for (const std::uint32_t v : t) box.extend(mesh.positions[v] - origin);
-    for (Eigen::Index axis = 0; axis < 3; ++axis) skin_.low[static_cast<std::size_t>(axis)] = static_cast<float>(box.min()[axis]);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) skin_.low[static_cast<std::size_t>(axis)] = roundToFloat(box.min()[axis]);
     skin_.step = roundUp(box.sizes().maxCoeff() / kMaxSkinCoordinate);
     position_.resize(mesh.positions.size());
     place_.resize(mesh.positions.size());
@@ -224,9 +224,8 @@ class Packer {
       const auto i = static_cast<Eigen::Index>(axis);
       const double steps = std::round((p[i] - static_cast<double>(skin_.low[axis])) / static_cast<double>(skin_.step));
       position_[v][axis] = static_cast<std::uint32_t>(std::clamp(steps, 0.0, double{kMaxSkinCoordinate}));
-      const float place = skin_.low[axis] + skin_.step * static_cast<float>(position_[v][axis]);  // as patchOf() computes it
-      place_[v][i] = static_cast<double>(place);
     }
+    place_[v] = positionOf(skin_, position_[v]).cast<double>();  // as a reader of the file computes it
     vertex_error_ = std::max(vertex_error_, (place_[v] - p).norm());
   }
 
@@ -252,7 +251,7 @@ std::optional<Skin> SkinBuilder::pack(BaseSurface& surface, const Vector3d& orig
   if (!packer.packElements(edges, smooth)) return {};
   Skin& skin = packer.skin();
   skin.mesh_distance = roundUp(distance);
-  skin.crease_angle = static_cast<float>(settings_.crease_angle);
+  skin.crease_angle = roundToFloat(settings_.crease_angle);
   for (const SkinEdge& e : skin.edges) skin.tolerance = std::max(skin.tolerance, swingOf(skin, e));
   return std::move(skin);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tissue/anchor_leaves.h"
+#include "spheretree/core/rounding.h"
 
 #include <Eigen/LU>
 #include <Eigen/QR>
@@ -36,10 +37,10 @@ std::vector<LeafAnchor> anchorLeaves(const TriangleMesh& mesh, const DistanceFie
     const Vector3d to = centre - nearest.point;
     const Vector3d direction = to.norm() > 0 ? Vector3d(edges.transpose() * to.normalized()) : Vector3d::Zero();
     anchors.push_back({vertex,
-                       {static_cast<float>(weight.x()), static_cast<float>(weight.y())},
+                       {roundToFloat(weight.x()), roundToFloat(weight.y())},
                        tetrahedron,
-                       {static_cast<float>(direction.x()), static_cast<float>(direction.y()), static_cast<float>(direction.z())},
-                       static_cast<float>(to.norm())});
+                       {roundToFloat(direction.x()), roundToFloat(direction.y()), roundToFloat(direction.z())},
+                       roundToFloat(to.norm())});
   }
   return anchors;
 }

@@ -9,6 +9,7 @@
 
 #include "geometry/box_tree.h"
 #include "geometry/distance_field.h"
+#include "spheretree/core/rounding.h"
 
 namespace spheretree::builder {
 
@@ -54,7 +55,7 @@ std::vector<TissueVertex> bindSurface(const TriangleMesh& mesh, const Tetrahedra
       const Vector3d rest = p - origin;
       bound[v] = {{rest.x(), rest.y(), rest.z()},
                   best_tetrahedron,
-                  {static_cast<float>(best_weight.x()), static_cast<float>(best_weight.y()), static_cast<float>(best_weight.z())}};
+                  {roundToFloat(best_weight.x()), roundToFloat(best_weight.y()), roundToFloat(best_weight.z())}};
     }
   });
   return bound;

@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "geometry/distance_field.h"
+#include "spheretree/core/rounding.h"
 
 namespace spheretree::builder {
 
@@ -41,7 +42,7 @@ TissueResponse surfaceResponse(const Elasticity& body, const TriangleMesh& bound
     for (std::size_t row = 0; row < rows; ++row)
       for (std::size_t j = 0; j < 3 * count; ++j)
         response.matrix[(3 * first + j) * rows + row] =
-            static_cast<float>(columns(body.unknown(pressed[row / 3]) + static_cast<Eigen::Index>(row % 3), static_cast<Eigen::Index>(j)));
+            roundToFloat(columns(body.unknown(pressed[row / 3]) + static_cast<Eigen::Index>(row % 3), static_cast<Eigen::Index>(j)));
   });
   return response;
 }
@@ -70,7 +71,7 @@ std::vector<PressPoint> pressPoints(const TriangleMesh& boundary, const Skin& sk
     for (std::size_t k = 0; k < 3; ++k) {
       const auto found = std::lower_bound(pressed.begin(), pressed.end(), c[k]);
       point.node[k] = found != pressed.end() && *found == c[k] ? static_cast<std::uint32_t>(found - pressed.begin()) : kHeldNode;
-      point.weight[k] = static_cast<float>(weight[static_cast<Eigen::Index>(k)] / weight.sum());
+      point.weight[k] = roundToFloat(weight[static_cast<Eigen::Index>(k)] / weight.sum());
     }
     points.push_back(point);
   }

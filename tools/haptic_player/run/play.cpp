@@ -211,6 +211,7 @@ device::IntendedPath tourOf(const runtime::Scene& scene, double seconds) {
     }
     stops.push_back({touch + Eigen::Vector3d(0, 0, 5), touch});
   }
+  if (stops.empty()) stops.push_back({Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});  // a scene without objects
   return [stops](double t) {
     constexpr double kStop = kTourStopSeconds;
     const std::size_t i = static_cast<std::size_t>(t / kStop) % stops.size();

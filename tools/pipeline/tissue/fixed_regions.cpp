@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "pipeline/tissue/fixed_regions.h"
+#include "spheretree/core/rounding.h"
 
 #include <algorithm>
 #include <charconv>
@@ -42,7 +43,7 @@ bool addFixedRegion(const std::string& text, FixedRegions& regions) {
     const auto n = numbersIn(all.substr(7), 4);
     if (!n || !((*n)[3] > 0)) return false;
     regions.balls.push_back(
-        {static_cast<float>((*n)[0]), static_cast<float>((*n)[1]), static_cast<float>((*n)[2]), static_cast<float>((*n)[3])});
+        {roundToFloat((*n)[0]), roundToFloat((*n)[1]), roundToFloat((*n)[2]), roundToFloat((*n)[3])});
     return true;
   }
   if (!all.starts_with("box:")) return false;
@@ -55,9 +56,9 @@ bool addFixedRegion(const std::string& text, FixedRegions& regions) {
 void addLeaves(const SphereTree& tree, FixedRegions& regions) {
   for (const std::uint32_t leaf : levelSet(tree, tree.levelCount() - 1)) {
     const Sphere& s = tree.cover[leaf];
-    regions.balls.push_back({static_cast<float>(static_cast<double>(s.x) + tree.origin_mm[0]),
-                             static_cast<float>(static_cast<double>(s.y) + tree.origin_mm[1]),
-                             static_cast<float>(static_cast<double>(s.z) + tree.origin_mm[2]), s.radius});
+    regions.balls.push_back({roundToFloat(static_cast<double>(s.x) + tree.origin_mm[0]),
+                             roundToFloat(static_cast<double>(s.y) + tree.origin_mm[1]),
+                             roundToFloat(static_cast<double>(s.z) + tree.origin_mm[2]), s.radius});
   }
 }
 

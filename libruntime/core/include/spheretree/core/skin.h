@@ -37,8 +37,10 @@ inline constexpr double kNormalError = 6.6e-5;
 
 inline constexpr std::uint32_t kMaxSkinCoordinate = (1u << 21) - 1;  // three of them fit 64 bits
 
+using SkinPosition = std::array<std::uint32_t, 3>;  // from Skin::low, in units of Skin::step; at most kMaxSkinCoordinate
+
 struct SkinVertex {
-  std::array<std::uint32_t, 3> position;  // from Skin::low, in units of Skin::step; at most kMaxSkinCoordinate
+  SkinPosition position;
   PackedNormal normal;
 };
 
@@ -77,6 +79,9 @@ struct SkinPatch {
   std::array<Eigen::Vector3f, 6> normal;  // of unit length up to rounding
   std::array<bool, 3> is_sharp{};         // (sides)
 };
+
+/// Where a vertex with this packed position is [mm].
+Eigen::Vector3f positionOf(const Skin& skin, const SkinPosition& steps);
 
 /// Cost: about 60 ns. `triangle` must be in range and the skin sound (findFault).
 SkinPatch patchOf(const Skin& skin, std::size_t triangle);
