@@ -24,6 +24,7 @@ constexpr std::size_t kMaxHingeAngles = 100'000;
 constexpr double kMaxFriction = 2;
 constexpr std::size_t kLongestName = 64, kLongestText = 4096;
 constexpr std::array<const char*, 4> kUnits{"mm", "cm", "m", "in"};
+constexpr std::array<const char*, 2> kMedialAxes{"adaptive", "static"};
 constexpr std::array<const char*, 9> kBuilders{"cover", "combined", "merge", "burst", "expand", "spawn", "grid", "hubbard", "octree"};
 constexpr std::array<const char*, 3> kQualities{"quick", "standard", "best"};
 constexpr std::array<const char*, 2> kReferencePoints{"tip", "centre"};
@@ -108,7 +109,7 @@ std::string fileSafeName(const JsonElement& e) {
 }
 
 #define SPHERETREE_TREE_SETTINGS \
-  "builder", "quality", "repair", "levels", "branching", "tolerance_mm", "seed", "skin_mm", "crease_angle_deg"
+  "builder", "search", "medial_axis", "quality", "repair", "levels", "branching", "tolerance_mm", "seed", "skin_mm", "crease_angle_deg"
 
 /// A length, or 0 for "off".
 double skinOf(const JsonElement& e) {
@@ -120,6 +121,8 @@ double skinOf(const JsonElement& e) {
 TreeSettings readSettings(const JsonElement& e) {
   TreeSettings s;
   if (e.has("builder")) s.builder = oneOf(e.at("builder"), kBuilders);
+  if (e.has("search")) s.search = e.at("search").truth();
+  if (e.has("medial_axis")) s.medial_axis = oneOf(e.at("medial_axis"), kMedialAxes);
   if (e.has("quality")) s.quality = oneOf(e.at("quality"), kQualities);
   if (e.has("repair")) s.repair = oneOf(e.at("repair"), kRepairs);
   if (e.has("levels")) s.levels = static_cast<int>(e.at("levels").whole(6, 2));
@@ -366,6 +369,8 @@ void addPose(OrderedJson& out, const Configuration& pose) {
 
 void addSettings(OrderedJson& out, const TreeSettings& s) {
   if (s.builder) out["builder"] = *s.builder;
+  if (s.search) out["search"] = *s.search;
+  if (s.medial_axis) out["medial_axis"] = *s.medial_axis;
   if (s.quality) out["quality"] = *s.quality;
   if (s.repair) out["repair"] = *s.repair;
   if (s.levels) out["levels"] = *s.levels;
@@ -437,6 +442,8 @@ OrderedJson toJson(const SoftSettings& soft) {
 TreeSettings mergedSettings(const TreeSettings& own, const TreeSettings& defaults) {
   TreeSettings s = defaults;
   if (own.builder) s.builder = own.builder;
+  if (own.search) s.search = own.search;
+  if (own.medial_axis) s.medial_axis = own.medial_axis;
   if (own.quality) s.quality = own.quality;
   if (own.repair) s.repair = own.repair;
   if (own.levels) s.levels = own.levels;

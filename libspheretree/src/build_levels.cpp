@@ -15,53 +15,44 @@
 
 namespace spheretree::builder {
 
-namespace {
-
-// The published method that builds by regions; Cover, Octree and Combined are not such methods.
+// Cover, Octree and Combined do not build by regions, or not by one method.
 Method methodOf(BuilderKind kind) {
   switch (kind) {
     case BuilderKind::Merge:
-      return {reduceMerge, true};
+      return {reduceMerge};
     case BuilderKind::Burst:
-      return {reduceBurst, true};
+      return {reduceBurst};
     case BuilderKind::Expand:
-      return {reduceExpand, true};
+      return {reduceExpand};
     case BuilderKind::Spawn:
-      return {reduceSpawn, false};
+      return {reduceSpawn, Method::Axis::None};
     case BuilderKind::Grid:
-      return {reduceGrid, false};
+      return {reduceGrid, Method::Axis::None};
     case BuilderKind::Hubbard:
-      return {reduceHubbard, true};
+      return {reduceHubbard, Method::Axis::Static, false};
     default:
       throw std::invalid_argument("build: '" + std::string(name(kind)) +
                                   "' cannot be combined; use merge, burst, expand, spawn, grid or hubbard");
   }
 }
 
-}  // namespace
+LevelBalls LevelBuilder::published(const BuildSettings& settings, Progress& progress) const {
+  if (settings.builder == BuilderKind::Octree) return buildOctree(mesh_, field_, settings, progress);
+  std::vector<BuilderKind> members{settings.builder};
+  if (settings.builder == BuilderKind::Combined) members = settings.combine.empty() ? kUsualMembers : settings.combine;
+  std::vector<Method> methods;
+  for (const BuilderKind member : members) methods.push_back(methodOf(member));
+  return buildByRegions(mesh_, field_, methods, settings, progress);
+}
 
 LevelBalls LevelBuilder::build(const BuildSettings& settings, Progress& progress) {
-  PublishedSettings published;
-  published.levels = settings.levels;
-  published.branching = settings.branching;
-  published.quality = settings.quality;
-  published.tolerance_mm = settings.tolerance_mm;
-  published.seed = settings.seed;
-  std::vector<Method> methods;
-  switch (settings.builder) {
-    case BuilderKind::Cover:
-      return cover_.build(settings, progress);
-    case BuilderKind::Octree:
-      return buildOctree(mesh_, field_, published, progress);
-    case BuilderKind::Combined: {
-      const std::vector<BuilderKind> usual{BuilderKind::Expand, BuilderKind::Merge, BuilderKind::Burst};
-      for (const BuilderKind member : settings.combine.empty() ? usual : settings.combine) methods.push_back(methodOf(member));
-      break;
-    }
-    default:
-      methods.push_back(methodOf(settings.builder));
+  if (!settings.searches()) return published(settings, progress);
+  if (settings.search && start_.balls.empty()) {
+    BuildSettings whole = settings;
+    whole.tolerance_mm = 0;
+    start_ = published(whole, progress);
   }
-  return buildByRegions(mesh_, field_, methods, published, progress);
+  return cover_.build(settings, progress, start_.balls);
 }
 
 }  // namespace spheretree::builder

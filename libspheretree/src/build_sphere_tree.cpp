@@ -80,6 +80,7 @@ CertifiedLevels certifiedLevels(const SimplifiedInput& search, const BuildSettin
     clock.finish("balls");
     progress.stage("certify");
     CertifiedLevels out = certifyLevels(target, levels, progress);
+    if (!tried.searches()) out.uncertified = std::move(levels);
     clock.finish("certify");
     return out;
   });
@@ -96,6 +97,21 @@ SphereTree treeOf(CertifiedLevels& levels, const BuildSettings& settings, const 
   }
   SphereTree tree = assembleTree(levels.spheres, parents, settings.branching);
   tree.origin_mm = {target.origin.x(), target.origin.y(), target.origin.z()};
+  return tree;
+}
+
+// The spheres of a method as it made them: they contain the points that it samples, and little is known between.
+SphereTree treeOf(const LevelBalls& levels, const BuildSettings& settings, const Vector3d& origin) {
+  std::vector<std::vector<Sphere>> spheres;
+  for (const std::vector<Ball>& level : levels.balls) {
+    spheres.emplace_back();
+    for (const Ball& ball : level) {
+      const Eigen::Vector3f centre = roundToFloat(Vector3d(ball.centre - origin));
+      spheres.back().push_back({centre.x(), centre.y(), centre.z(), roundUp(ball.radius)});
+    }
+  }
+  SphereTree tree = assembleTree(spheres, levels.parents, settings.branching);
+  tree.origin_mm = {origin.x(), origin.y(), origin.z()};
   return tree;
 }
 
@@ -131,7 +147,7 @@ void addSearchTree(SphereTree& tree) {
 }
 
 void recordProvenance(const TriangleMesh& mesh, const DistanceField& field, const BuildSettings& settings, Provenance& from) {
-  from.builder = name(settings.builder);
+  from.builder = std::string(name(settings.builder)) + (settings.search ? "+search" : "");
   from.quality = name(settings.quality);
   from.generator = "spheretree " SPHERETREE_VERSION;
   from.unit_mm = settings.unit_mm;
@@ -176,6 +192,7 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   statistics.certified_pieces = levels.pieces;
 
   progress.stage("hierarchy");
+  if (!levels.uncertified.balls.empty()) result.uncertified = treeOf(levels.uncertified, settings, target.origin);
   SphereTree& tree = result.tree = treeOf(levels, settings, target, progress);
   const std::vector<double> overhang = stateOverhang(field, tree);
   for (std::size_t level = 0; level < overhang.size(); ++level)

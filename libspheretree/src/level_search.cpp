@@ -11,10 +11,9 @@ namespace spheretree::builder {
 
 namespace {
 
-// Share by which certification may increase an overhang, at qualities quick, standard and best: of our own builder, and
-// of those that build by regions.
-constexpr std::array<double, 3> kCoverAllowance{0.018, 0.013, 0.008};
-constexpr std::array<double, 3> kRegionAllowance{0.045, 0.045, 0.015};
+// Share by which certification may increase an overhang after a search, at qualities quick, standard and best. What it
+// adds to a published method, which covers points, is known only afterwards.
+constexpr std::array<double, 3> kSearchAllowance{0.018, 0.013, 0.008};
 constexpr int kMaxAttempts = 4;          // builds for a smaller tolerance, if certification makes the overhang exceed it
 constexpr double kUndershoot = 0.997;    // further factor on these tolerances; applied once more in each attempt
 constexpr std::size_t kSmallTree = 21;   // nodes: 1 + 4 + 16; trees this small are searched exhaustively
@@ -24,9 +23,7 @@ constexpr double kOutOfReach = 1.05;     // times the tolerance: if a full tree 
 // Levels are built for the tolerance divided by this factor, since certification increases radii to close the gaps that
 // a search leaves.
 double certificationAllowance(const BuildSettings& settings) {
-  if (settings.builder == BuilderKind::Octree) return 1;  // it leaves no gaps
-  const auto quality = static_cast<std::size_t>(settings.quality);
-  return 1 + (settings.builder == BuilderKind::Cover ? kCoverAllowance[quality] : kRegionAllowance[quality]);
+  return settings.searches() ? 1 + kSearchAllowance[static_cast<std::size_t>(settings.quality)] : 1;
 }
 
 class LevelSearch {
@@ -44,7 +41,7 @@ class LevelSearch {
       aim *= undershoot * settings_.tolerance_mm / best_.overhang_bound;
       best_ = forTolerance(aim);
     }
-    const bool tries_full = settings_.tolerance_mm > 0 && settings_.builder != BuilderKind::Octree;  // an octree joins its cells instead
+    const bool tries_full = settings_.tolerance_mm > 0 && settings_.searches();  // a published method makes the tree that it makes
     if (!tries_full || best_.count() > kNearlySmall * kSmallTree) return std::move(best_);
     // Certification may also add less than the allowance, and in a small tree one additional leaf is a large share.
     if (aim < search_tolerance_ && isKept(best_) && best_.count() <= kSmallTree) offer(forTolerance(search_tolerance_));

@@ -18,9 +18,27 @@ using builder::Quality;
 inline constexpr std::array kBuilders{BuilderKind::Cover, BuilderKind::Combined, BuilderKind::Merge,
                                       BuilderKind::Burst, BuilderKind::Expand,   BuilderKind::Spawn,
                                       BuilderKind::Grid,  BuilderKind::Hubbard,  BuilderKind::Octree};
-inline constexpr std::array kMembers{BuilderKind::Merge, BuilderKind::Burst, BuilderKind::Expand,
+inline constexpr std::array kMembers{BuilderKind::Expand, BuilderKind::Merge, BuilderKind::Burst,
                                      BuilderKind::Spawn, BuilderKind::Grid,  BuilderKind::Hubbard};
+inline constexpr std::array kMedialAxes{builder::MedialAxis::Adaptive, builder::MedialAxis::Static};
 inline constexpr std::array kQualities{Quality::Quick, Quality::Standard, Quality::Best};
+
+/// A builder as charts and tables name it: with the cover search it is another one.
+struct NamedBuilder {
+  BuilderKind kind = BuilderKind::Cover;
+  bool search = false;
+  friend bool operator==(const NamedBuilder&, const NamedBuilder&) = default;
+};
+inline std::string name(const NamedBuilder& b) { return std::string(builder::name(b.kind)) + (b.search ? "+search" : ""); }
+
+/// Cover, the published builders, and the published builders with the search.
+inline const std::vector<NamedBuilder> kNamedBuilders = [] {
+  std::vector<NamedBuilder> all;
+  for (const bool search : {false, true})
+    for (const BuilderKind kind : kBuilders)
+      if (kind != BuilderKind::Cover || !search) all.push_back({kind, search});
+  return all;
+}();
 
 template <class Kinds>
 std::vector<std::string> namesOf(const Kinds& kinds) {

@@ -45,6 +45,8 @@ std::string_view name(Quality quality) {
   return "";
 }
 
+std::string_view name(MedialAxis axis) { return axis == MedialAxis::Static ? "static" : "adaptive"; }
+
 void validate(const BuildSettings& settings) {
   const auto require = [](bool holds, const std::string& what) {
     if (!holds) throw std::invalid_argument("build: " + what);
@@ -59,13 +61,14 @@ void validate(const BuildSettings& settings) {
   require(s.threads >= 0, "threads must not be negative");
   require(s.max_leaves >= 0 && s.max_leaves <= static_cast<int>(kMaxSearchItems),
           "max_leaves is " + std::to_string(s.max_leaves) + "; it must be 0 to 32768");
-  require(s.max_leaves == 0 || s.builder == BuilderKind::Cover, "only the builder cover takes a number of leaves");
+  require(!s.search || s.builder != BuilderKind::Cover, "the builder cover is a search; `search` is for published builders");
+  require(s.max_leaves == 0 || s.searches(), "a published method makes as many leaves as it makes; with `search`, max_leaves limits them");
   require(s.soft_share >= 0 && s.soft_share <= 0.5, "the share of the radius of soft leaves must be 0 to 0.5");
   require(s.soft_share == 0 || s.builder == BuilderKind::Cover, "only the builder cover takes a share of the radius");
   for (const double t : s.tolerance_of_triangle_mm)
     require(std::isfinite(t) && s.tolerance_mm > 0 && t >= s.tolerance_mm,
             "the tolerance of a triangle must be finite and not below the tolerance");
-  require(s.tolerance_of_triangle_mm.empty() || s.builder == BuilderKind::Cover, "only the builder cover takes tolerances of triangles");
+  require(s.tolerance_of_triangle_mm.empty() || s.searches(), "only builders that search take tolerances of triangles");
 }
 
 }  // namespace spheretree::builder

@@ -109,7 +109,8 @@ std::vector<Ball> medialPool(const TriangleMesh& mesh, const DistanceField& fiel
 
 }  // namespace
 
-LevelBalls CoverBuilder::build(const BuildSettings& settings, Progress& progress) {
+LevelBalls CoverBuilder::build(const BuildSettings& settings, Progress& progress, std::span<const std::vector<Ball>> start) {
+  start_ = start;
   if (settings.quality != quality_ || settings.seed != seed_ || (settings.soft_share > 0) != is_soft_ || pool_.empty()) {
     quality_ = settings.quality;
     seed_ = settings.seed;
@@ -156,9 +157,23 @@ CoverSearch CoverBuilder::startSearch(std::size_t spheres, std::uint64_t seed, P
   search.failures = effort.removal_failures;
   search.gap_tolerance = effort.gap_tolerance;
   search.removal_moves = effort.removal_moves;
-  ChosenBalls start =
-      chooseBalls(mesh_, field_, sampleSurface(mesh_, sampling), thinned(pool_, candidates), spheres, seed + spheres, progress);
+  const std::vector<SurfaceSample> samples = sampleSurface(mesh_, sampling);
+  ChosenBalls start;
+  if (start_.empty()) {
+    start = chooseBalls(mesh_, field_, samples, thinned(pool_, candidates), spheres, seed + spheres, progress);
+  } else {
+    start = {startFor(spheres), {}, spheres, seed + spheres};
+    for (const SurfaceSample& s : samples) start.samples.push_back(s.point);
+  }
   return {mesh_, field_, std::move(start), search, progress};
+}
+
+// The level of the given start whose number of balls is nearest to `spheres`, as inscribed balls.
+std::vector<Ball> CoverBuilder::startFor(std::size_t spheres) const {
+  const auto off = [&](const std::vector<Ball>& level) { return std::max(level.size(), spheres) - std::min(level.size(), spheres); };
+  std::vector<Ball> balls = *std::ranges::min_element(start_, {}, off);
+  for (Ball& ball : balls) ball.radius = -field_.signedDistance(ball.centre);
+  return balls;
 }
 
 // The cover with the smallest stand-off that was found for this number of spheres.

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "base/ball.h"
@@ -28,9 +29,12 @@ class CoverBuilder {
   /// the smallest set that was found whose stand-off stays within it; if the largest allowed number of leaves does not
   /// suffice, that number is used. The same sequence of calls gives the same balls for any number of threads. Calls may
   /// differ in levels, branching, max_leaves and tolerance_mm; with another quality or seed the builder starts again.
-  LevelBalls build(const BuildSettings& settings, Progress& progress);
+  /// `start`: levels of balls of another builder, from which the searches start instead of from balls of the pool, and
+  /// the same in each call; may be empty.
+  LevelBalls build(const BuildSettings& settings, Progress& progress, std::span<const std::vector<Ball>> start = {});
 
  private:
+  std::vector<Ball> startFor(std::size_t spheres) const;
   void fitPool(std::size_t spheres, Progress& progress);
   std::size_t guessLeaves(double stand_off, std::size_t max_leaves, Progress& progress);
   CoverSearch startSearch(std::size_t spheres, std::uint64_t seed, Progress& progress) const;
@@ -43,6 +47,7 @@ class CoverBuilder {
   Quality quality_ = Quality::Standard;
   std::uint64_t seed_ = 0;
   bool is_soft_ = false;
+  std::span<const std::vector<Ball>> start_;
   std::vector<Ball> pool_;
   std::size_t pool_samples_ = 0;                    // number of samples that the pool was made from
   std::map<std::size_t, Cover> covers_;             // by number of spheres

@@ -5,11 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
 #include "geometry/ball_index.h"
-#include "geometry/surface_samples.h"
 #include "medial/refit_ball.h"
 #include "medial/shrinking_balls.h"
 
@@ -20,14 +18,10 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::size_t kPointsAChunk = 512;
-constexpr std::size_t kDensityEvery = 4;  // points for each inner ball: a ball_density may be that of a neighbour
 constexpr int kRefitSteps = 16;
 constexpr int kBalanceRounds = 40;
 constexpr std::size_t kMaxUnindexedBalls = 16;  // number of balls up to which an index does not pay
-constexpr double kFlatCover = 1.2092;           // Kershner's factor, 2 pi / (3 sqrt 3); the digits are part of the results
-constexpr int kDensityBisections = 50;          // to 2^-50 of the diagonal: rounding
 constexpr double kOnSurface = 1e-2;             // share of its reach: a ball of less clearance is replaced by one inside
-constexpr std::size_t kMaxCorners = 2;          // for each point wanted: a mesh of at most so many vertices has them as points, too
 constexpr double kBalanceStep = 0.2;            // of the first round that balances regions, as a share of the mean squared radius ...
 constexpr double kBalanceDecay = 0.1;           // ... and how it falls with the rounds
 
@@ -68,49 +62,6 @@ void moveInside(const DistanceField& field, std::span<const Vector3d> patch, Fit
 }
 
 }  // namespace
-
-SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field, std::size_t count, std::size_t spheres,
-                            std::uint64_t seed, bool wants_inner) {
-  SampleSettings settings;
-  settings.count = count;
-  settings.seed = seed;
-  const std::vector<SurfaceSample> samples = sampleSurface(mesh, settings);
-  SurfacePoints out;
-  out.inner.resize(samples.size());
-  std::vector<double> radius(samples.size(), 0);
-  const std::size_t every = wants_inner ? 1 : kDensityEvery;
-  forChunks(samples.size(), [&](std::size_t i) {  // consecutive samples are neighbours on the surface
-    if (i % kPointsAChunk > 0) radius[i] = radius[i - 1];
-    if (samples[i].feature || i % kPointsAChunk % every > 0) return;
-    out.inner[i] = shrinkingBall(field, samples[i].point, samples[i].normal, radius[i]);
-    radius[i] = out.inner[i].radius;
-  });
-  std::vector<double> faces;
-  for (std::size_t i = 0; i < samples.size(); ++i)
-    if (!samples[i].feature) faces.push_back(radius[i]);
-  const double share = faces.empty() ? 0 : field.area() / static_cast<double>(faces.size());
-  // n k pi h = kFlatCover * integral of dA / (2 r + h), k = 2: the right side decreases as h increases.
-  double low = 0, high = field.diagonal();
-  for (int i = 0; i < kDensityBisections; ++i) {
-    const double h = 0.5 * (low + high);
-    double integral = 0;
-    for (const double r : faces) integral += share / (2 * r + h);
-    (2 * std::numbers::pi * static_cast<double>(spheres) * h < kFlatCover * integral ? low : high) = h;
-  }
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    out.points.push_back(samples[i].point);
-    out.ball_density.push_back(samples[i].feature ? 0 : share / (2 * radius[i] + high));
-  }
-  if (mesh.positions.size() <= kMaxCorners * count) {
-    std::vector<char> used(mesh.positions.size(), 0);
-    for (const Triangle& t : mesh.triangles)
-      for (const std::uint32_t v : t) used[v] = 1;
-    for (std::size_t v = 0; v < used.size(); ++v)
-      if (used[v]) out.points.push_back(mesh.positions[v]), out.ball_density.push_back(0);
-  }
-  out.inner.resize(out.points.size());
-  return out;
-}
 
 std::vector<std::uint32_t> assignDeepest(std::span<const Vector3d> points, std::vector<FittedBall>& balls) {
   std::vector<std::uint32_t> owner(points.size(), kNoParent);
@@ -242,27 +193,25 @@ std::vector<char> maybeRedundant(const Holders& holders, std::span<const FittedB
   return redundant;
 }
 
-std::vector<std::uint32_t> assignToRegions(std::span<const Vector3d> points, std::span<const double> ball_density,
-                                           std::span<const FittedBall> balls) {
+std::vector<std::uint32_t> assignToRegions(std::span<const Vector3d> points, std::span<const FittedBall> balls) {
   const Holders holders = findHolders(points, balls);
   std::vector<std::uint32_t> owner(points.size(), kNoParent), shared;
-  std::vector<double> fixed_sum(balls.size(), 0);
-  double total = 0, scale = 0;
+  std::vector<double> fixed_count(balls.size(), 0);
+  double scale = 0;
   for (const FittedBall& b : balls) scale += b.radius * b.radius;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const auto of = holders.of(i);
-    total += ball_density[i];
-    if (of.size() == 1) owner[i] = of[0], fixed_sum[of[0]] += ball_density[i];
+    if (of.size() == 1) owner[i] = of[0], ++fixed_count[of[0]];
     if (of.size() > 1) shared.push_back(i);
   }
   if (shared.empty()) return owner;
   scale /= static_cast<double>(balls.size());
-  const double wanted = total / static_cast<double>(balls.size());
+  const double wanted = static_cast<double>(points.size()) / static_cast<double>(balls.size());
   std::vector<double> shift(balls.size(), 0);
   double best = std::numeric_limits<double>::infinity();
   std::vector<std::uint32_t> choice(shared.size());
   for (int round = 0; round < kBalanceRounds; ++round) {
-    std::vector<double> sum = fixed_sum;
+    std::vector<double> count = fixed_count;
     for (std::size_t k = 0; k < shared.size(); ++k) {
       const Vector3d& p = points[shared[k]];
       double smallest = std::numeric_limits<double>::infinity();
@@ -270,17 +219,16 @@ std::vector<std::uint32_t> assignToRegions(std::span<const Vector3d> points, std
         const double power = (p - balls[b].centre).squaredNorm() - balls[b].radius * balls[b].radius + shift[b];
         if (power < smallest) smallest = power, choice[k] = b;
       }
-      sum[choice[k]] += ball_density[shared[k]];
+      ++count[choice[k]];
     }
     double imbalance = 0;
-    for (const double s : sum) imbalance += s * s;
+    for (const double c : count) imbalance += c * c;
     if (imbalance < best) {
       best = imbalance;
       for (std::size_t k = 0; k < shared.size(); ++k) owner[shared[k]] = choice[k];
     }
-    if (!(wanted > 0)) break;
     const double step = kBalanceStep * scale / (1 + kBalanceDecay * round);
-    for (std::size_t b = 0; b < balls.size(); ++b) shift[b] += step * std::clamp(sum[b] / wanted - 1, -1.0, 1.0);
+    for (std::size_t b = 0; b < balls.size(); ++b) shift[b] += step * std::clamp(count[b] / wanted - 1, -1.0, 1.0);
   }
   return owner;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Regions of the surface as sets of points: what a node of a sphere-tree must cover, how its ball is fitted to it, and
-// how overlapping balls divide it.
+// Regions of the surface as sets of points: how balls are fitted to the region that they cover, and how overlapping
+// balls divide it.
 // Paper: G. Bradshaw, C. O'Sullivan, ACM Trans. Graphics 23(1), 2004. Differences:
 //         docs/algorithms/medial/surface_regions.md
 // Units: mm, frame of the mesh. Deterministic for any number of threads.
@@ -15,20 +15,6 @@
 #include "spheretree/builder/progress.h"
 
 namespace spheretree::builder {
-
-struct SurfacePoints {
-  std::vector<Eigen::Vector3d> points;
-  std::vector<Ball> inner;  // (points) the largest ball inside the solid that touches the surface at the point; radius 0 if unknown
-  std::vector<double> ball_density;  // (points) number of spheres that its neighbourhood needs, up to a factor; 0 for an added point
-};
-
-/// About `count` points spread evenly by area, points on sharp edges, and the corners of the triangles unless there are
-/// many more of them. The ball_density of a point is its area / (2 r + h), where r is the radius of the largest inner
-/// ball that touches the surface there and h the stand-off that `spheres` balls would have on average
-/// (docs/measures.md, h_fin). `wants_inner`: false leaves out the inner balls of most points, for callers that need
-/// only the densities.
-SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field, std::size_t count, std::size_t spheres,
-                            std::uint64_t seed, bool wants_inner = true);
 
 /// Returns for each point the ball in which it lies deepest (smallest |p - c| - clearance) among the balls that contain
 /// it. A point outside all balls gets the ball that needs the smallest growth, and that ball grows to contain it.
@@ -68,9 +54,8 @@ std::vector<char> maybeRedundant(const Holders& holders, std::span<const FittedB
                                  std::span<const char> fixed, std::span<const char> absent);
 
 /// Divides the points among the balls that contain them. For every pair of balls the boundary is a plane: the radical
-/// plane, shifted until the sums of the densities of each ball's points are as equal as the overlaps allow. Returns the
-/// owner of each point. Every point must lie in a ball; a point that does not gets kNoParent.
-std::vector<std::uint32_t> assignToRegions(std::span<const Eigen::Vector3d> points, std::span<const double> ball_density,
-                                           std::span<const FittedBall> balls);
+/// plane, shifted until the balls have as equally many points as the overlaps allow. Returns the owner of each point.
+/// Every point must lie in a ball; a point that does not gets kNoParent.
+std::vector<std::uint32_t> assignToRegions(std::span<const Eigen::Vector3d> points, std::span<const FittedBall> balls);
 
 }  // namespace spheretree::builder

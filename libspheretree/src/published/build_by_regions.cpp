@@ -5,19 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <stdexcept>
-#include <string>
 
 #include "base/thinned.h"
-#include "cover/cover_search.h"
 #include "geometry/box_tree.h"
-#include "medial/adaptive_medial_axis.h"
+#include "geometry/surface_samples.h"
 #include "medial/shrinking_balls.h"
-#include "medial/surface_regions.h"
 #include "spheretree/core/smallest_enclosing_ball.h"
-#include "tree/hierarchy.h"
 
 namespace spheretree::builder {
 
@@ -25,326 +20,242 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::size_t kFirstSites = 300;  // give about 1,000 balls, the initial set of the paper
-constexpr std::size_t kMinBalls = 200;    // for a region, as in the paper
-constexpr double kErrorFactor = 2;        // ratio of the overhangs of the resulting spheres and the medial balls, as in the paper
-constexpr int kRootRefits = 3;            // as in the paper
-constexpr double kNegligible = 1e-6;      // as a share of the diagonal: radius of a ball that no point needs
-constexpr std::size_t kMinPoints = 1000;
-constexpr std::size_t kExtraWorkBalls = 64;  // fewer balls have more points each: the work of a level is that of so many balls more
-constexpr std::size_t kSitesFrom = 20;       // the first sites are the farthest from each other of this multiple of points
-constexpr std::size_t kRootPoints = 200;     // with inner balls, one of which may be the best root
-constexpr std::size_t kPointsFrom = 4;       // as kSitesFrom, for the points of a region
-
-struct Effort {
-  std::size_t points_a_ball, max_points, reducer_points, reducer_balls;
-  double search_moves;  // for each ball
-  double search_step, last_step;
-  std::uint64_t search_work;  // for each ball
-  double gap_tolerance;
-  double removal_moves;  // for each ball
-  int removal_failures;
+// What the authors call the quality of a tree. At standard, the values of their program.
+struct Sampling {
+  std::size_t points;        // on the surface, for each ball that the deepest level may have
+  std::size_t root_balls;    // medial balls, at least, before the root is divided
+  std::size_t region_balls;  // ... and in the region of each node
 };
+constexpr std::size_t kMinLeaves = 512;       // a tree of fewer leaves has the points of a tree of this number: 10,000 at standard
+constexpr double kErrorFactor = 2;            // ratio of the overhangs of a node and of the medial balls in its region, as in the paper
+constexpr std::size_t kFirstSites = 64;       // of the adaptive medial axis; it grows from them
+constexpr std::size_t kStaticSamples = 500;   // points of the static medial axis beside the vertices of the mesh, as in the paper
+constexpr std::size_t kMaxVertices = 2000;    // of the mesh in the static medial axis
+constexpr std::size_t kSitesFrom = 8;         // the first sites are the farthest from each other of this multiple of points
+constexpr int kRefits = 3;                    // rounds, as in the paper
+constexpr double kNegligible = 1e-6;          // as a share of the diagonal: an overhang that needs no children
+constexpr std::size_t kSitesABall = 4;        // of the adaptive medial axis are inserted at most, for each ball that is wanted
 
-Effort effortOf(Quality quality) {
+Sampling samplingOf(Quality quality) {
   switch (quality) {
     case Quality::Quick:
-      return {.points_a_ball = 8,
-              .max_points = 200'000,
-              .reducer_points = 26,
-              .reducer_balls = 26,
-              .search_moves = 0.27,
-              .search_step = 0.07,
-              .last_step = 0.07,
-              .search_work = 40'000,
-              .gap_tolerance = 0.04,
-              .removal_moves = 8,
-              .removal_failures = 3};
+      return {.points = 10, .root_balls = 500, .region_balls = 100};
     case Quality::Standard:
-      return {.points_a_ball = 12,
-              .max_points = 400'000,
-              .reducer_points = 28,
-              .reducer_balls = 28,
-              .search_moves = 0.43,
-              .search_step = 0.06,
-              .last_step = 0.06,
-              .search_work = 60'000,
-              .gap_tolerance = 0.04,
-              .removal_moves = 25,
-              .removal_failures = 3};
+      return {.points = 20, .root_balls = 1000, .region_balls = 200};
     case Quality::Best:
-      return {.points_a_ball = 48,
-              .max_points = 800'000,
-              .reducer_points = 500,
-              .reducer_balls = 500,
-              .search_moves = 0.6,
-              .search_step = 0.04,
-              .last_step = 0.004,
-              .search_work = 100'000,
-              .gap_tolerance = 0.01,
-              .removal_moves = 60,
-              .removal_failures = 6};
+      return {.points = 80, .root_balls = 4000, .region_balls = 800};
   }
   return {};
 }
 
-double worstOverhang(std::span<const FittedBall> balls) {
-  double worst = 0;
-  for (const FittedBall& b : balls) worst = std::max(worst, b.overhang());
-  return worst;
+// Spread by area, on sharp edges, and the vertices of the mesh as far as they are not too many.
+std::vector<Vector3d> surfacePoints(const TriangleMesh& mesh, std::size_t count, std::uint64_t seed) {
+  SampleSettings sampling;
+  sampling.count = count;
+  sampling.seed = seed;
+  std::vector<Vector3d> points;
+  for (const SurfaceSample& s : sampleSurface(mesh, sampling)) points.push_back(s.point);
+  const std::vector<Vector3d> corners = thinned(mesh.positions, count);
+  points.insert(points.end(), corners.begin(), corners.end());
+  return points;
 }
 
-using Levels = std::vector<std::vector<FittedBall>>;
+// The authors promote Voronoi vertices outside of the solid where the inner ones leave the surface uncovered. Here the
+// largest inner ball that touches the surface at the point with the largest gap enters, until no gap exceeds `target`
+// and there are as many balls as wanted.
+void addCoverBalls(const DistanceField& field, std::span<const Vector3d> points, double target, std::size_t wanted, std::vector<FittedBall>& pool) {
+  std::vector<double> gap(points.size(), kInfinity);
+  const auto add = [&](const FittedBall& ball) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double reach = gap[i] + ball.clearance, square = (points[i] - ball.centre).squaredNorm();
+      if (reach > 0 && square < reach * reach) gap[i] = std::sqrt(square) - ball.clearance;
+    }
+  };
+  for (const FittedBall& ball : pool) add(ball);
+  while (true) {
+    const auto worst = std::ranges::max_element(gap);
+    if (worst == gap.end() || !(*worst > 0) || (*worst <= target && pool.size() >= wanted)) return;
+    const Ball touching = touchingBall(field, points[static_cast<std::size_t>(worst - gap.begin())]);
+    *worst = 0;  // at a sharp convex edge no ball touches
+    if (!(touching.radius > 0)) continue;
+    pool.push_back({touching.centre, touching.radius, touching.radius});
+    add(pool.back());
+  }
+}
 
-// One method, from the root down.
-class TopDownBuilder {
+struct Node {
+  FittedBall ball;
+  std::uint32_t parent = kNoParent;
+  std::vector<std::uint32_t> points;  // of the region
+};
+
+class TreeBuilder {
  public:
-  TopDownBuilder(const TriangleMesh& mesh, const DistanceField& field, const SurfacePoints& surface, const Method& method,
-                 const PublishedSettings& settings, Progress& progress)
-      : mesh_(mesh),
-        field_(field),
-        surface_(surface),
-        method_(method),
-        settings_(settings),
-        effort_(effortOf(settings.quality)),
-        progress_(progress) {
-    if (method.uses_medial_axis) axis_.emplace(field, farthestFirst(thinned(surface_.points, kSitesFrom * kFirstSites), kFirstSites));
+  TreeBuilder(const TriangleMesh& mesh, const DistanceField& field, std::span<const Method> methods, const BuildSettings& settings,
+              Progress& progress)
+      : field_(field), methods_(methods), settings_(settings), sampling_(samplingOf(settings.quality)), progress_(progress) {
+    std::size_t leaves = 1;
+    for (int level = 1; level < settings.levels; ++level) leaves *= static_cast<std::size_t>(settings.branching);
+    points_ = surfacePoints(mesh, sampling_.points * std::max(leaves, kMinLeaves), settings.seed);
+    const bool wants_static = std::ranges::any_of(methods, [&](const Method& m) { return isStatic(m); });
+    const bool wants_adaptive = std::ranges::any_of(methods, [&](const Method& m) { return m.axis == Method::Axis::Asked && !isStatic(m); });
+    if (wants_adaptive) {
+      adaptive_.emplace(field, farthestFirst(thinned(points_, kSitesFrom * kFirstSites), kFirstSites));
+    }
+    if (wants_static) {
+      std::vector<Vector3d> sites = thinned(points_, kStaticSamples);
+      const std::vector<Vector3d> vertices = thinned(mesh.positions, kMaxVertices);
+      sites.insert(sites.end(), vertices.begin(), vertices.end());
+      static_.emplace(field, sites);
+    }
+    std::vector<Eigen::AlignedBox3d> boxes;
+    for (const Vector3d& p : points_) boxes.emplace_back(p, p);
+    nearest_ = BoxTree(boxes, 8);
   }
 
-  Levels run(double done, double share) {
-    Levels levels{{rootBall()}};
-    std::size_t count = 1;
-    for (int level = 1; level < settings_.levels; ++level) {
-      progress_.advance(done + share * (level - 1) / (settings_.levels - 1));
-      if (isGoodEnough(levels.back())) break;
-      count *= static_cast<std::size_t>(settings_.branching);
-      levels.push_back(reduceAll(levels.back()));
-      evenOut(levels.back(), count, settings_.tolerance_mm);
+  LevelBalls run() {
+    std::vector<Node> level{root()};
+    LevelBalls out;
+    for (int depth = 0; !level.empty(); ++depth) {
+      out.balls.emplace_back();
+      out.parents.emplace_back();
+      for (const Node& node : level) {
+        out.balls.back().push_back({node.ball.centre, std::max(node.ball.radius, kNegligible * field_.diagonal())});
+        out.parents.back().push_back(node.parent);
+      }
+      if (depth + 1 == settings_.levels) break;
+      progress_.advance(static_cast<double>(depth) / (settings_.levels - 1));
+      level = childrenOf(level);
     }
-    if (settings_.tolerance_mm > 0 && isGoodEnough(levels.back())) thinAbove(levels);
-    return levels;
+    return out;
   }
 
  private:
-  bool isGoodEnough(const std::vector<FittedBall>& balls) const {
-    return worstOverhang(balls) <= std::max(settings_.tolerance_mm, kNegligible * field_.diagonal());
+  bool isStatic(const Method& m) const {
+    return m.axis == Method::Axis::Static || (m.axis == Method::Axis::Asked && settings_.medial_axis == MedialAxis::Static);
+  }
+  bool isGoodEnough(const FittedBall& ball) const {
+    return ball.overhang() <= std::max(settings_.tolerance_mm, kNegligible * field_.diagonal());
   }
 
-  // The better of the smallest ball of all points and the best ball about a centre inside.
-  FittedBall rootBall() {
-    const Ball smallest = smallestEnclosing(surface_.points);
-    std::vector<FittedBall> starts{{smallest.centre, smallest.radius, -field_.signedDistance(smallest.centre)}};
-    const std::vector<Vector3d> sparse = farthestFirst(thinned(surface_.points, kMinPoints), kRootPoints);
-    FittedBall inner;
-    double lowest = kInfinity;
-    for (const Vector3d& p : sparse) {
-      const Ball ball = shrinkingBall(field_, p, field_.pseudonormal(field_.nearest(p)));
-      if (!(ball.radius > 0)) continue;
-      double reach = 0;
-      for (const Vector3d& q : sparse) reach = std::max(reach, (q - ball.centre).norm());
-      if (reach - ball.radius < lowest) lowest = reach - ball.radius, inner = {ball.centre, reach, ball.radius};
-    }
-    if (inner.clearance > 0) starts.push_back(inner);
-    FittedBall best;
-    lowest = kInfinity;
-    for (const FittedBall& start : starts) {
-      std::vector<FittedBall> one{start};
-      refitBalls(field_, surface_.points, one, kRootRefits, progress_);
-      if (one[0].overhang() < lowest) lowest = one[0].overhang(), best = one[0];
-    }
-    return best;
+  Node root() const {
+    const Ball ball = smallestEnclosing(points_);
+    Node node{{ball.centre, ball.radius, -field_.signedDistance(ball.centre)}, kNoParent, std::vector<std::uint32_t>(points_.size())};
+    for (std::uint32_t i = 0; i < points_.size(); ++i) node.points[i] = i;
+    return node;
   }
 
-  // The children of all nodes; each node's region is reduced by itself.
-  std::vector<FittedBall> reduceAll(const std::vector<FittedBall>& nodes) {
-    const std::vector<std::uint32_t> owner = divide(nodes);
-    std::vector<std::vector<Vector3d>> points(nodes.size());
-    std::vector<std::vector<FittedBall>> inner(nodes.size());
-    for (std::size_t i = 0; i < owner.size(); ++i) {
-      if (owner[i] == kNoParent) continue;
-      const Ball& ball = surface_.inner[i];
-      points[owner[i]].push_back(surface_.points[i]);
-      if (ball.radius > 0) inner[owner[i]].push_back({ball.centre, ball.radius, ball.radius});
-    }
-    std::vector<std::vector<FittedBall>> pools(nodes.size());
-    if (axis_) pools = refineAxis(nodes, owner);
-    // Voronoi vertices are rare in plates thinner than the distance between sites, and near sharp edges: inner balls
-    // complete the pool.
-    for (std::size_t n = 0; axis_ && n < nodes.size(); ++n) {
-      pools[n] = thinned(pools[n], effort_.reducer_balls / 2);
-      inner[n] = thinned(inner[n], effort_.reducer_balls - pools[n].size());
-      pools[n].insert(pools[n].end(), inner[n].begin(), inner[n].end());
-    }
-    std::vector<std::vector<FittedBall>> children(nodes.size());
-    tbb::parallel_for(std::size_t{0}, nodes.size(), [&](std::size_t n) {
+  std::vector<Node> childrenOf(const std::vector<Node>& level) {
+    std::vector<std::uint32_t> open;  // nodes that get children
+    for (std::uint32_t n = 0; n < level.size(); ++n)
+      if (!isGoodEnough(level[n].ball) && level[n].points.size() > 1) open.push_back(n);
+    std::vector<std::uint32_t> region(points_.size(), kNoParent);  // of each point, an index in `open`
+    for (std::uint32_t k = 0; k < open.size(); ++k)
+      for (const std::uint32_t i : level[open[k]].points) region[i] = k;
+    double mean = 0;  // of the overhangs of the level
+    for (const Node& node : level) mean += node.ball.overhang() / static_cast<double>(level.size());
+    std::vector<AdaptiveMedialAxis::Target> refined_to, as_it_is(open.size());
+    const std::size_t wanted = level.size() == 1 ? sampling_.root_balls : sampling_.region_balls;
+    for (const std::uint32_t n : open)
+      refined_to.push_back({std::min(level[n].ball.overhang(), mean) / kErrorFactor, wanted, kSitesABall * wanted});
+    const std::vector<std::vector<FittedBall>> refined = ballsOf(adaptive_, refined_to, region), fixed = ballsOf(static_, as_it_is, region);
+    std::vector<std::vector<Node>> families(open.size());
+    tbb::parallel_for(std::size_t{0}, open.size(), [&](std::size_t k) {
       progress_.check();
-      children[n] = reduceOne(points[n], pools[n], nodes[n]);
+      families[k] = divide(level[open[k]], open[k], refined_to[k], refined[k], fixed[k]);
     });
-    std::vector<FittedBall> all;
-    for (const auto& family : children) all.insert(all.end(), family.begin(), family.end());
-    return all;
+    std::vector<Node> children;
+    for (std::vector<Node>& family : families) std::ranges::move(family, std::back_inserter(children));
+    return children;
   }
 
-  std::vector<FittedBall> reduceOne(const std::vector<Vector3d>& points, const std::vector<FittedBall>& pool, const FittedBall& own) {
-    if (points.size() < 2) return {own};
-    const std::vector<Vector3d> sparse = farthestFirst(thinned(points, kPointsFrom * effort_.reducer_points), effort_.reducer_points);
-    Region region{field_, sparse, pool};
+  // The children of a node. None if the methods find nothing better than the node itself.
+  std::vector<Node> divide(const Node& node, std::uint32_t number, const AdaptiveMedialAxis::Target& target, std::vector<FittedBall> refined,
+                           std::vector<FittedBall> fixed) const {
+    std::vector<Vector3d> points;
+    for (const std::uint32_t i : node.points) points.push_back(points_[i]);
+    if (adaptive_) addCoverBalls(field_, points, target.overhang, target.min_balls, refined);
+    if (static_) addCoverBalls(field_, points, target.overhang, 0, fixed);
+    Region region{field_, points, {}};
     region.max_balls = static_cast<std::size_t>(settings_.branching);
     region.target_overhang = settings_.tolerance_mm;
-    region.seed = settings_.seed;
-    std::vector<FittedBall> balls = method_.reduce(region);
-    if (balls.empty()) return {own};
-    refitBalls(field_, sparse, balls, 1, progress_);
-    std::erase_if(balls, [](const FittedBall& b) { return !(b.radius > 0); });
-    return balls;
+    std::vector<std::span<const FittedBall>> pools;
+    for (const Method& m : methods_) pools.push_back(isStatic(m) ? fixed : refined);
+    std::vector<FittedBall> balls = reduceRegion(region, methods_, pools, progress_);
+    if (balls.size() < 2 && (balls.empty() || balls[0].overhang() >= node.ball.overhang())) return {};
+    const std::vector<std::uint32_t> deepest = assignDeepest(points, balls), owner = assignToRegions(points, balls);
+    std::vector<Node> children;
+    for (const FittedBall& ball : balls) children.push_back({ball, number, {}});
+    for (std::size_t i = 0; i < owner.size(); ++i)  // a point on the rim of a ball may be outside of it by rounding
+      children[owner[i] == kNoParent ? deepest[i] : owner[i]].points.push_back(node.points[i]);
+    return children;
   }
 
-  std::vector<std::vector<FittedBall>> refineAxis(const std::vector<FittedBall>& nodes, const std::vector<std::uint32_t>& owner) {
-    double mean = 0;
-    for (const FittedBall& node : nodes) mean += node.overhang() / static_cast<double>(nodes.size());
-    std::vector<AdaptiveMedialAxis::Target> targets;
-    for (const FittedBall& node : nodes)
-      targets.push_back({std::min(node.overhang(), mean) / kErrorFactor, kMinBalls, effort_.reducer_balls});
-    std::vector<Eigen::AlignedBox3d> boxes;
-    for (const Vector3d& p : surface_.points) boxes.emplace_back(p, p);
-    const BoxTree tree(boxes, 8);
-    const auto region_of = [&](const Vector3d& p) {
-      double limit2 = kInfinity;
-      std::uint32_t nearest = 0;
-      tree.searchNearest(p, limit2, [&](std::size_t first, std::size_t count) {
-        for (std::size_t slot = first; slot < first + count; ++slot) {
-          const std::uint32_t i = tree.order()[slot];
-          const double d2 = (surface_.points[i] - p).squaredNorm();
-          if (d2 < limit2) limit2 = d2, nearest = i;
-        }
-      });
-      return owner[nearest];
-    };
-    return axis_->refine(region_of, targets, progress_);
+  // The region of the point nearest to a place on the surface.
+  std::uint32_t regionOf(const Vector3d& p, const std::vector<std::uint32_t>& region) const {
+    double limit2 = kInfinity;
+    std::uint32_t nearest = 0;
+    nearest_.searchNearest(p, limit2, [&](std::size_t first, std::size_t count) {
+      for (std::size_t slot = first; slot < first + count; ++slot) {
+        const std::uint32_t i = nearest_.order()[slot];
+        const double d2 = (points_[i] - p).squaredNorm();
+        if (d2 < limit2) limit2 = d2, nearest = i;
+      }
+    });
+    return region[nearest];
   }
 
-  // Evens out the level as a whole, since a ball may also serve its neighbours' regions: the cover search distributes
-  // at most `count` balls, covers the surface between the points, and lowers the common stand-off. With a tolerance, it
-  // finds the fewest balls that keep it.
-  void evenOut(std::vector<FittedBall>& balls, std::size_t count, double tolerance) {
-    std::vector<Ball> inscribed;
-    for (const FittedBall& b : balls) inscribed.push_back({b.centre, b.clearance});
-    SearchSettings search_settings;
-    search_settings.step = effort_.search_step;
-    search_settings.moves = kMovesBeside + static_cast<int>(effort_.search_moves * static_cast<double>(count));
-    search_settings.work = effort_.search_work * (count + kExtraWorkBalls);
-    search_settings.last_step = effort_.last_step;
-    search_settings.failures = effort_.removal_failures;
-    search_settings.gap_tolerance = effort_.gap_tolerance;
-    search_settings.removal_moves = effort_.removal_moves;
-    ChosenBalls start{
-        .balls = std::move(inscribed), .samples = levelPoints(count), .count = tolerance > 0 ? 0 : count, .seed = settings_.seed};
-    CoverSearch search(mesh_, field_, std::move(start), search_settings, progress_);
-    if (tolerance > 0)
-      search.fit(tolerance, count, progress_);
-    else
-      search.lower(kNegligible * field_.diagonal(), progress_);
-    balls.clear();
-    for (const Ball& b : search.balls()) balls.push_back({b.centre, b.radius + search.standOff(), b.radius});
+  // The balls of a medial axis in each region, after it has been refined there; none without an axis.
+  std::vector<std::vector<FittedBall>> ballsOf(std::optional<AdaptiveMedialAxis>& axis, std::span<const AdaptiveMedialAxis::Target> targets,
+                                               const std::vector<std::uint32_t>& region) {
+    if (!axis) return std::vector<std::vector<FittedBall>>(targets.size());
+    return axis->refine([&](const Vector3d& p) { return regionOf(p, region); }, targets, progress_);
   }
 
-  // Few points for few balls: a subset of the evenly spread ones and of those at corners and on sharp edges.
-  std::vector<Vector3d> levelPoints(std::size_t balls) const {
-    std::vector<Vector3d> even, special;
-    for (std::size_t i = 0; i < surface_.points.size(); ++i) (surface_.ball_density[i] > 0 ? even : special).push_back(surface_.points[i]);
-    const std::size_t wanted = std::max(kMinPoints, balls * effort_.points_a_ball);
-    even = thinned(even, wanted);
-    special = thinned(special, wanted);
-    even.insert(even.end(), special.begin(), special.end());
-    return even;
-  }
-
-  // First grows all balls to the worst overhang of the level: this gives the division the freedom to make equal parts.
-  // A child need not stay within the cover ball of its parent.
-  std::vector<std::uint32_t> divide(const std::vector<FittedBall>& balls) const {
-    if (balls.size() == 1) return std::vector<std::uint32_t>(surface_.points.size(), 0);
-    std::vector<FittedBall> all = balls;
-    const double worst = worstOverhang(balls);
-    for (FittedBall& ball : all) ball.radius = std::max(ball.radius, ball.clearance + worst);
-    return assignToRegions(surface_.points, surface_.ball_density, all);
-  }
-
-  // The levels above get only as many balls as the deepest level needs as parents.
-  void thinAbove(Levels& levels) {
-    const std::vector<std::size_t> counts = levelCounts(levels.back().size(), settings_.branching);
-    for (std::size_t level = 1; level + 1 < counts.size(); ++level)
-      if (levels[level].size() > counts[level]) evenOut(levels[level], counts[level], 0);
-    std::swap(levels[counts.size() - 1], levels.back());
-    levels.resize(counts.size());
-  }
-
-  const TriangleMesh& mesh_;
   const DistanceField& field_;
-  const SurfacePoints& surface_;
-  const Method& method_;
-  const PublishedSettings& settings_;
-  Effort effort_;
+  std::span<const Method> methods_;
+  const BuildSettings& settings_;
+  Sampling sampling_;
   Progress& progress_;
-  std::optional<AdaptiveMedialAxis> axis_;
+  std::vector<Vector3d> points_;
+  BoxTree nearest_;  // over the points
+  std::optional<AdaptiveMedialAxis> adaptive_, static_;
 };
 
-std::size_t countAll(const Levels& levels) {
-  std::size_t count = 0;
-  for (const auto& level : levels) count += level.size();
-  return count;
-}
-
-// If trees keep the tolerance, the one with the fewest balls; otherwise, level by level, the one with the smallest
-// worst overhang. On ties the first.
-Levels pickBest(const std::vector<Levels>& members, double tolerance) {
-  const Levels* smallest = nullptr;
-  for (const Levels& member : members)
-    if (tolerance > 0 && worstOverhang(member.back()) <= tolerance && (!smallest || countAll(member) < countAll(*smallest)))
-      smallest = &member;
-  if (smallest) return *smallest;
-  Levels best;
-  for (const Levels& member : members) best.resize(std::max(best.size(), member.size()));
-  for (std::size_t level = best.size(); level-- > 0;) {
-    const std::vector<FittedBall>* found = nullptr;
-    for (const Levels& member : members)
-      if (level < member.size() && (!found || worstOverhang(member[level]) < worstOverhang(*found))) found = &member[level];
-    best[level] = *found;
-  }
-  return best;
+void dropRedundant(std::span<const Vector3d> points, std::vector<FittedBall>& balls) {
+  const std::vector<std::uint32_t> one_group(balls.size(), 0);
+  const std::vector<char> redundant = maybeRedundant(findHolders(points, balls), balls, one_group, {}, {});
+  std::size_t kept = 0;
+  for (std::size_t b = 0; b < balls.size(); ++b)
+    if (!redundant[b]) balls[kept++] = balls[b];
+  balls.resize(kept);
 }
 
 }  // namespace
 
-void checkSettings(const PublishedSettings& settings) {
-  if (settings.levels < kMinLevels || settings.levels > kMaxLevels)
-    throw std::invalid_argument("published builders: levels is " + std::to_string(settings.levels) + ", must be 2 to 6");
-  if (settings.branching < kMinBranching || settings.branching > kMaxBranching)
-    throw std::invalid_argument("published builders: branching is " + std::to_string(settings.branching) + ", must be 2 to 8");
-  if (!(settings.tolerance_mm >= 0) || !std::isfinite(settings.tolerance_mm))
-    throw std::invalid_argument("published builders: the tolerance must be a length of 0 mm or more");
+std::vector<FittedBall> reduceRegion(const Region& region, std::span<const Method> methods,
+                                     std::span<const std::span<const FittedBall>> pools, Progress& progress) {
+  std::vector<FittedBall> best;
+  for (std::size_t m = 0; m < methods.size(); ++m) {
+    Region own = region;
+    own.pool = pools[m];
+    std::vector<FittedBall> balls = methods[m].reduce(own);
+    if (balls.empty()) continue;
+    if (methods[m].refits) {
+      refitBalls(region.field, region.points, balls, kRefits, progress);
+      std::erase_if(balls, [](const FittedBall& b) { return !(b.radius > 0); });
+      if (balls.empty()) continue;
+      dropRedundant(region.points, balls);
+    }
+    if (best.empty() || worstOverhang(balls) < worstOverhang(best)) best = std::move(balls);
+  }
+  return best;
 }
 
 LevelBalls buildByRegions(const TriangleMesh& mesh, const DistanceField& field, std::span<const Method> methods,
-                          const PublishedSettings& settings, Progress& progress) {
+                          const BuildSettings& settings, Progress& progress) {
   if (methods.empty()) throw std::invalid_argument("published builders: no method given");
-  checkSettings(settings);
-  std::size_t leaves = 1;
-  for (int level = 1; level < settings.levels; ++level) leaves *= static_cast<std::size_t>(settings.branching);
-  const Effort effort = effortOf(settings.quality);
-  const std::size_t points = std::clamp<std::size_t>(leaves * effort.points_a_ball, 2 * kMinPoints, effort.max_points);
-  const SurfacePoints surface =
-      sampleRegions(mesh, field, points, leaves, settings.seed, std::ranges::any_of(methods, &Method::uses_medial_axis));
-  std::vector<Levels> members;
-  const double share = 1.0 / static_cast<double>(methods.size());
-  for (const Method& method : methods)
-    members.push_back(
-        TopDownBuilder(mesh, field, surface, method, settings, progress).run(share * static_cast<double>(members.size()), share));
-  LevelBalls out;
-  for (const auto& level : pickBest(members, settings.tolerance_mm)) {
-    out.balls.emplace_back();
-    for (const FittedBall& b : level) out.balls.back().push_back({b.centre, std::max(b.radius, kNegligible * field.diagonal())});
-  }
-  return out;
+  return TreeBuilder(mesh, field, methods, settings, progress).run();
 }
 
 }  // namespace spheretree::builder

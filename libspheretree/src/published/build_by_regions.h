@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The framework that the published builders share: from the root down, breadth first, each node's region of the surface
-// is covered by a few balls, which divide it among them; then the whole level is evened out.
+// The framework that the published builders share. From the root down, breadth first: the medial axis is refined in the
+// region of each node, a reducer covers the region with a few balls, they are refitted, redundant ones are dropped, and
+// the region is divided among the rest, the children.
 // Paper: G. Bradshaw, C. O'Sullivan. Adaptive medial-axis approximation for sphere-tree construction. ACM Trans.
 //         Graphics 23(1), 2004; G. Bradshaw. Bounding volume hierarchies for level-of-detail collision handling.
-//         Thesis,
-//         Trinity College Dublin, 2002. Differences: docs/algorithms/published/build_by_regions.md
+//         Thesis, Trinity College Dublin, 2002. Differences: docs/algorithms/published/build_by_regions.md
 // Units: mm, frame of the mesh. Deterministic for any number of threads.
 #pragma once
 
@@ -19,30 +19,19 @@
 
 namespace spheretree::builder {
 
-struct PublishedSettings {
-  int levels = 4;     // range [2, 6]; the root is level 0
-  int branching = 8;  // range [2, 8]
-  Quality quality = Quality::Standard;
-  double tolerance_mm = 0;  // > 0: only as many levels, and balls on them, as the deepest level needs to keep this overhang
-  std::uint64_t seed = 1;
-};
+/// Covers one region with each of the methods, refits, drops redundant balls, and returns the set with the smallest
+/// worst overhang; on ties that of the first method. `pools`: the medial balls for each method. Empty if no method
+/// finds balls.
+std::vector<FittedBall> reduceRegion(const Region& region, std::span<const Method> methods,
+                                     std::span<const std::span<const FittedBall>> pools, Progress& progress);
 
-/// @throws std::invalid_argument; the message names the setting out of range.
-void checkSettings(const PublishedSettings& settings);
-
-struct Method {
-  Reducer reduce = nullptr;
-  bool uses_medial_axis = true;  // false: its regions have an empty pool
-};
-
-/// Builds the balls of each level with one method, or with several. With several, each level is that of the method with
-/// the smallest worst overhang (with a tolerance, the tree with the fewest balls); on ties, of the first such method.
-/// All methods share the distance field and the points. The balls cover the surface except for gaps far smaller than
-/// their overhang, which certifyCover() closes. There are no parents: each level is evened out as a whole, and
-/// hierarchy.h groups them. A level has at most branching^level balls. There may be fewer levels than the settings
-/// allow, if fewer keep the tolerance. The mesh must have passed checkMesh.
-/// @throws std::invalid_argument for settings out of range or no method, Cancelled.
+/// Builds the tree of one method, or of several of which each node takes the best ("combined"). Level l has at most
+/// branching^l balls. The balls of a level, with those above that have no children, contain all points of the surface
+/// that the method samples; certification closes what lies between. With a tolerance, nodes that keep it have no
+/// children. Of `settings`, reads levels, branching, quality, tolerance_mm, medial_axis and seed. The mesh must have
+/// passed checkMesh.
+/// @throws std::invalid_argument for no method, Cancelled.
 LevelBalls buildByRegions(const TriangleMesh& mesh, const DistanceField& field, std::span<const Method> methods,
-                          const PublishedSettings& settings, Progress& progress);
+                          const BuildSettings& settings, Progress& progress);
 
 }  // namespace spheretree::builder

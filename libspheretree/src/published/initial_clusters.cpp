@@ -20,12 +20,10 @@ constexpr std::size_t kAllPairsBelow = 24;
 constexpr std::size_t kNear = 5;  // the balls nearest to a point are neighbours of its owner
 
 struct Merge {
-  bool worsens = true;  // the merged ball has a larger overhang than both
   double overhang = 0;
   std::uint32_t a = 0, b = 0;
   FittedBall ball;
   bool operator<(const Merge& o) const {  // true: is merged later
-    if (worsens != o.worsens) return worsens;
     if (overhang != o.overhang) return overhang > o.overhang;
     return a != o.a ? a > o.a : b > o.b;
   }
@@ -47,7 +45,6 @@ Merge evaluate(const Region& region, MergeRule rule, const std::vector<MedialClu
   merge.a = a, merge.b = b;
   merge.ball = rule(region, clusters[a], clusters[b], united);
   merge.overhang = merge.ball.overhang();
-  merge.worsens = merge.overhang > std::max(clusters[a].ball.overhang(), clusters[b].ball.overhang());
   return merge;
 }
 
@@ -61,8 +58,9 @@ std::vector<MedialCluster> startClusters(const Region& region) {
     std::array<double, kNear> gaps;
     gaps.fill(std::numeric_limits<double>::infinity());
     for (std::uint32_t b = 0; b < region.pool.size(); ++b) {
-      double gap = (region.points[i] - region.pool[b].centre).norm() - region.pool[b].clearance;
-      if (gap >= gaps[nearest - 1]) continue;
+      const double reach = gaps[nearest - 1] + region.pool[b].clearance, square = (region.points[i] - region.pool[b].centre).squaredNorm();
+      if (!(reach > 0) || square >= reach * reach) continue;
+      const double gap = std::sqrt(square) - region.pool[b].clearance;
       std::size_t k = nearest - 1;
       for (; k > 0 && gaps[k - 1] > gap; --k) gaps[k] = gaps[k - 1], near[i][k] = near[i][k - 1];
       gaps[k] = gap, near[i][k] = b;
@@ -88,9 +86,7 @@ std::vector<MedialCluster> startClusters(const Region& region) {
   return clusters;
 }
 
-std::vector<FittedBall> mergeClusters(const Region& region, MergeRule rule) {
-  if (region.pool.empty() || region.points.empty()) return {};
-  std::vector<MedialCluster> clusters = startClusters(region);
+std::vector<FittedBall> mergeClusters(const Region& region, std::vector<MedialCluster> clusters, MergeRule rule) {
   std::priority_queue<Merge> queue;
   std::vector<Vector3d> united;
   const auto consider = [&](std::uint32_t a, std::uint32_t b) { queue.push(evaluate(region, rule, clusters, a, b, united)); };
@@ -119,10 +115,7 @@ std::vector<FittedBall> mergeClusters(const Region& region, MergeRule rule) {
     const Merge merge = queue.top();
     queue.pop();
     if (!clusters[merge.a].alive || !clusters[merge.b].alive) continue;
-    if (alive <= region.max_balls && merge.overhang > region.target_overhang) {
-      if (merge.worsens) break;
-      continue;
-    }
+    if (alive <= region.max_balls && merge.overhang > region.target_overhang) break;
     const auto made = static_cast<std::uint32_t>(clusters.size());
     clusters.emplace_back();
     MedialCluster &x = clusters[merge.a], &y = clusters[merge.b], &z = clusters[made];

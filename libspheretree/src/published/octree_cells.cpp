@@ -5,16 +5,11 @@
 #include <array>
 #include <utility>
 
-#include "medial/refit_ball.h"
-#include "spheretree/core/smallest_enclosing_ball.h"
-
 namespace spheretree::builder {
 
 using Eigen::Vector3d;
 
 namespace {
-
-constexpr int kRefitSteps = 24;
 
 // Both parts get exactly the same corner on the plane.
 std::array<Polygon, 2> cut(const Polygon& piece, int axis, double at) {
@@ -41,30 +36,9 @@ std::array<Polygon, 2> cut(const Polygon& piece, int axis, double at) {
 
 OctreeCell rootCell(const TriangleMesh& mesh, const DistanceField& field) {
   OctreeCell root;
-  root.box = field.box();
+  root.box = Eigen::AlignedBox3d(field.box().min(), field.box().min() + Vector3d::Constant(field.box().sizes().maxCoeff()));
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) root.pieces.push_back({mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)});
   return root;
-}
-
-Polygon cornersOf(const OctreeCell& cell) {
-  Polygon corners;
-  for (const Polygon& piece : cell.pieces) corners.insert(corners.end(), piece.begin(), piece.end());
-  return corners;
-}
-
-FittedBall refittedBall(const OctreeCell& cell, const Polygon& corners, const DistanceField& field, const Vector3d& centre,
-                        double clearance) {
-  const Refit refit = refitBall(field, corners, centre, clearance, 0.1 * cell.box.diagonal().norm(), kRefitSteps);
-  return {refit.centre, refit.clearance + refit.stand_off, refit.clearance};
-}
-
-FittedBall ballRound(const OctreeCell& cell, const DistanceField& field) {
-  const Polygon corners = cornersOf(cell);
-  const Ball smallest = smallestEnclosing(corners);
-  const FittedBall outer{smallest.centre, smallest.radius, -field.signedDistance(smallest.centre)};
-  const Vector3d middle = cell.box.center();
-  const double clearance = -field.signedDistance(middle);
-  return clearance > 0 ? better(outer, refittedBall(cell, corners, field, middle, clearance)) : outer;
 }
 
 std::vector<OctreeCell> halve(const OctreeCell& whole, int axis) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The cells of an octree with the surface in them, and the balls around it. Units: mm, frame of the mesh.
+// The cells of an octree with the surface in them. Units: mm, frame of the mesh.
 // Deterministic.
 #pragma once
 
@@ -13,8 +13,6 @@
 
 namespace spheretree::builder {
 
-inline constexpr double kNegligibleOverhang = 1e-6;  // negligible overhang, as a share of the diagonal
-
 using Polygon = std::vector<Eigen::Vector3d>;  // flat and convex
 
 struct OctreeCell {
@@ -23,21 +21,8 @@ struct OctreeCell {
   std::uint32_t parent = kNoParent;
 };
 
-/// The bounding box of the mesh, with all of its triangles.
+/// The cube at the lowest corner of the bounding box, as wide as its longest side, with all triangles of the mesh.
 OctreeCell rootCell(const TriangleMesh& mesh, const DistanceField& field);
-
-Polygon cornersOf(const OctreeCell& cell);
-
-/// The ball about `centre` around `corners`, whose centre is moved to lower the overhang. `corners`: those of the cell.
-FittedBall refittedBall(const OctreeCell& cell, const Polygon& corners, const DistanceField& field, const Eigen::Vector3d& centre,
-                        double clearance);
-
-/// The one with the smaller overhang.
-inline FittedBall better(const FittedBall& a, const FittedBall& b) { return b.overhang() < a.overhang() ? b : a; }
-
-/// The better of two balls: the smallest ball, whose centre lies on the surface where that is flat; and a ball about
-/// the middle of the cell, whose centre is then moved.
-FittedBall ballRound(const OctreeCell& cell, const DistanceField& field);
 
 /// The halves that contain any piece. `axis`: 0 to 2, across which the box is halved; pieces are cut there, and both
 /// parts get exactly the same corners.

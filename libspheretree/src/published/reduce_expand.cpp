@@ -2,10 +2,8 @@
 #include "published/reduce_expand.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
-#include <functional>
-#include <limits>
-#include <queue>
 
 namespace spheretree::builder {
 
@@ -15,107 +13,105 @@ namespace {
 
 constexpr int kExpandBisections = 10;
 
-// gap = |p - c| - clearance: the stand-off at which a ball contains a point. The points of one ball are consecutive.
-// Float suffices for the choice; radii are computed in double.
-class Gaps {
+// Which points each ball contains at one stand-off.
+class Held {
  public:
-  Gaps(std::span<const FittedBall> pool, std::span<const Vector3d> points) : points_(points.size()), gap_(pool.size() * points.size()) {
-    float* out = gap_.data();
-    for (const FittedBall& ball : pool)
-      for (const Vector3d& p : points) *out++ = static_cast<float>((p - ball.centre).norm() - ball.clearance);
+  Held(const Region& region, double stand_off) : words_((region.points.size() + 63) / 64), bits_(region.pool.size() * words_, 0) {
+    for (std::size_t b = 0; b < region.pool.size(); ++b) {
+      const FittedBall& ball = region.pool[b];
+      const double reach = ball.clearance + stand_off;
+      if (!(reach > 0)) continue;
+      for (std::size_t i = 0; i < region.points.size(); ++i)
+        if ((region.points[i] - ball.centre).squaredNorm() <= reach * reach) bits_[b * words_ + i / 64] |= std::uint64_t{1} << i % 64;
+    }
   }
-  std::size_t balls() const { return gap_.size() / points_; }
-  std::size_t points() const { return points_; }
-  const float* of(std::size_t ball) const { return gap_.data() + ball * points_; }
+  std::span<std::uint64_t> of(std::size_t ball) { return {bits_.data() + ball * words_, words_}; }
 
  private:
-  std::size_t points_;
-  std::vector<float> gap_;
+  std::size_t words_;
+  std::vector<std::uint64_t> bits_;
 };
 
-// Greedy set cover at one stand-off; empty if it would need more than `max_count` balls. Counts are upper bounds, and
-// are recomputed only for the ball on top (they can only decrease).
-std::vector<std::size_t> greedyCover(const Gaps& gaps, float stand_off, std::size_t max_count) {
-  struct Gain {
-    std::uint32_t gain;
-    std::size_t ball;
-    bool operator<(const Gain& o) const { return gain != o.gain ? gain < o.gain : ball > o.ball; }
-  };
-  const std::size_t m = gaps.points();
-  std::vector<Gain> first(gaps.balls());
-  for (std::size_t b = 0; b < first.size(); ++b) {
-    const float* gap = gaps.of(b);
-    std::uint32_t gain = 0;
-    for (std::size_t i = 0; i < m; ++i) gain += gap[i] <= stand_off;
-    first[b] = {gain, b};
-  }
-  std::priority_queue<Gain> queue(std::less<Gain>(), std::move(first));
-  std::vector<std::uint8_t> open(m, 1);
-  std::size_t left = m;
-  std::vector<std::size_t> chosen;
-  while (left > 0) {
-    if (queue.empty() || chosen.size() == max_count) return {};
-    const Gain top = queue.top();
-    queue.pop();
-    // Even the best remaining balls could not cover all remaining points.
-    if (static_cast<std::size_t>(top.gain) * (max_count - chosen.size()) < left) return {};
-    const float* gap = gaps.of(top.ball);
-    std::uint32_t gain = 0;
-    for (std::size_t i = 0; i < m; ++i) gain += static_cast<std::uint32_t>((gap[i] <= stand_off) & open[i]);
-    if (gain < top.gain) {
-      if (gain > 0) queue.push({gain, top.ball});
-      continue;
+// Selects balls, each the one that makes most of the others redundant: they contain no point that is not in it. Returns
+// nothing if more than `max_count` would be selected.
+std::vector<std::size_t> select(const Region& region, double stand_off, std::size_t max_count) {
+  Held held(region, stand_off);
+  std::vector<std::size_t> left, chosen;
+  std::size_t covered = 0;
+  for (std::size_t b = 0; b < region.pool.size(); ++b)
+    if (std::ranges::any_of(held.of(b), [](std::uint64_t word) { return word != 0; })) left.push_back(b);
+  while (!left.empty()) {
+    if (chosen.size() == max_count) return {};
+    // The first word with a point decides nearly always that a ball is not within another one.
+    std::vector<std::size_t> first(region.pool.size(), 0);
+    for (const std::size_t b : left) first[b] = static_cast<std::size_t>(std::ranges::find_if(held.of(b), [](auto w) { return w != 0; }) - held.of(b).begin());
+    std::size_t best = left[0], most = 0;
+    for (const std::size_t b : left) {
+      const std::span<const std::uint64_t> own = held.of(b);
+      std::size_t redundant = 0;
+      for (const std::size_t other : left) {
+        const std::span<const std::uint64_t> theirs = held.of(other);
+        std::size_t word = first[other];
+        while (word < own.size() && (theirs[word] & ~own[word]) == 0) ++word;
+        redundant += word == own.size();
+      }
+      if (redundant > most) most = redundant, best = b;
     }
-    for (std::size_t i = 0; i < m; ++i)
-      if (gap[i] <= stand_off && open[i]) open[i] = 0, --left;
-    chosen.push_back(top.ball);
+    chosen.push_back(best);
+    const std::span<std::uint64_t> own = held.of(best);
+    for (const std::uint64_t word : own) covered += static_cast<std::size_t>(std::popcount(word));
+    std::vector<std::uint64_t> taken(own.begin(), own.end());
+    std::erase_if(left, [&](std::size_t b) {
+      bool is_empty = true;
+      const std::span<std::uint64_t> bits = held.of(b);
+      for (std::size_t word = 0; word < bits.size(); ++word) is_empty = (bits[word] &= ~taken[word]) == 0 && is_empty;
+      return is_empty;
+    });
   }
-  return chosen;
+  return covered == region.points.size() ? chosen : std::vector<std::size_t>();
 }
 
 }  // namespace
 
 std::vector<FittedBall> reduceExpand(const Region& region) {
   if (region.pool.empty() || region.points.empty()) return {};
-  const Gaps gaps(region.pool, region.points);
   // Below `low` some point is in no ball; at `high` one ball contains all points.
-  std::vector<float> nearest(gaps.points(), std::numeric_limits<float>::infinity());
-  float low = 0, high = std::numeric_limits<float>::infinity();
+  std::vector<double> nearest(region.points.size(), kInfinity);
+  double low = 0, high = kInfinity;
   std::size_t widest = 0;
-  for (std::size_t b = 0; b < gaps.balls(); ++b) {
-    const float* gap = gaps.of(b);
-    float largest = 0;
-    for (std::size_t i = 0; i < gaps.points(); ++i) {
-      largest = std::max(largest, gap[i]);
-      nearest[i] = std::min(nearest[i], gap[i]);
+  for (std::size_t b = 0; b < region.pool.size(); ++b) {
+    double largest = 0;
+    for (std::size_t i = 0; i < region.points.size(); ++i) {
+      const double gap = (region.points[i] - region.pool[b].centre).norm() - region.pool[b].clearance;
+      largest = std::max(largest, gap);
+      nearest[i] = std::min(nearest[i], gap);
     }
     if (largest < high) high = largest, widest = b;
   }
-  for (const float gap : nearest) low = std::max(low, gap);
+  for (const double gap : nearest) low = std::max(low, gap);
 
   std::vector<std::size_t> cover{widest};
-  float stand_off = high;
-  const auto attempt = [&](float trial) {
-    std::vector<std::size_t> found = greedyCover(gaps, trial, region.max_balls);
+  double stand_off = high;
+  const auto attempt = [&](double trial) {
+    std::vector<std::size_t> found = select(region, trial, region.max_balls);
     if (found.empty()) return false;
     cover = std::move(found);
     stand_off = high = trial;
     return true;
   };
-  const auto target = static_cast<float>(region.target_overhang);
-  bool done = target >= high;
-  if (!done && target > low) {
-    done = attempt(target);
-    if (!done) low = target;
+  bool done = region.target_overhang >= high;
+  if (!done && region.target_overhang > low) {
+    done = attempt(region.target_overhang);
+    if (!done) low = region.target_overhang;
   }
   for (int i = 0; i < kExpandBisections && !done && low < high; ++i) {
-    const float middle = 0.5f * (low + high);
+    const double middle = 0.5 * (low + high);
     if (!attempt(middle)) low = middle;
   }
   std::vector<FittedBall> balls;
   for (const std::size_t b : cover) {
     const FittedBall& medial = region.pool[b];
-    balls.push_back({medial.centre, medial.clearance + static_cast<double>(stand_off), medial.clearance});
+    balls.push_back({medial.centre, (medial.clearance + stand_off) * (1 + 1e-12), medial.clearance});
   }
   return balls;
 }

@@ -19,6 +19,9 @@ FittedBall ballOfPoints(const Region& region, const MedialCluster& a, const Medi
 
 }  // namespace
 
-std::vector<FittedBall> reduceHubbard(const Region& region) { return mergeClusters(region, ballOfPoints); }
+std::vector<FittedBall> reduceHubbard(const Region& region) {
+  if (region.pool.empty() || region.points.empty()) return {};
+  return mergeClusters(region, startClusters(region), ballOfPoints);
+}
 
 }  // namespace spheretree::builder

@@ -33,6 +33,9 @@ FittedBall bestOfThree(const Region& region, const MedialCluster& a, const Media
 
 }  // namespace
 
-std::vector<FittedBall> reduceMerge(const Region& region) { return mergeClusters(region, bestOfThree); }
+std::vector<FittedBall> reduceMerge(const Region& region) {
+  if (region.pool.empty() || region.points.empty()) return {};
+  return mergeClusters(region, startClusters(region), bestOfThree);
+}
 
 }  // namespace spheretree::builder

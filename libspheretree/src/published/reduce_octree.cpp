@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "published/octree_cells.h"
-#include "published/octree_for_tolerance.h"
 
 namespace spheretree::builder {
 
@@ -29,11 +28,14 @@ std::vector<OctreeCell> divide(OctreeCell cell, int halvings) {
   return cells;
 }
 
+FittedBall ballRound(const OctreeCell& cell, const DistanceField& field) {
+  const Vector3d middle = cell.box.center();
+  return {middle, 0.5 * cell.box.diagonal().norm() * (1 + 1e-12), -field.signedDistance(middle)};
+}
+
 }  // namespace
 
-LevelBalls buildOctree(const TriangleMesh& mesh, const DistanceField& field, const PublishedSettings& settings, Progress& progress) {
-  checkSettings(settings);
-  if (settings.tolerance_mm > 0) return buildOctreeForTolerance(mesh, field, settings, progress);
+LevelBalls buildOctree(const TriangleMesh& mesh, const DistanceField& field, const BuildSettings& settings, Progress& progress) {
   const int halvings = settings.branching == 8 ? 3 : settings.branching >= 4 ? 2 : 1;
   std::vector<OctreeCell> cells{rootCell(mesh, field)};
   LevelBalls out;
@@ -46,7 +48,7 @@ LevelBalls buildOctree(const TriangleMesh& mesh, const DistanceField& field, con
       const FittedBall ball = ballRound(cell, field);
       out.balls.back().push_back(ball.ball());
       out.parents.back().push_back(cell.parent);
-      if (level + 1 == settings.levels || ball.overhang() <= kNegligibleOverhang * field.diagonal()) continue;
+      if (level + 1 == settings.levels || ball.overhang() <= settings.tolerance_mm) continue;
       const auto parent = static_cast<std::uint32_t>(out.balls.back().size() - 1);
       for (OctreeCell& child : divide(std::move(cell), halvings)) {
         child.parent = parent;

@@ -2,10 +2,10 @@
 #include "published/reduce_spawn.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
+#include "base/thinned.h"
 #include "medial/shrinking_balls.h"
 #include "spheretree/core/smallest_enclosing_ball.h"
 
@@ -15,7 +15,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::size_t kMaxPoints = 400;
 constexpr std::size_t kStarts = 4;
 constexpr int kHalvings = 4;
 constexpr int kSpawnBisections = 8;
@@ -27,29 +26,19 @@ struct Placed {
 
 class Spawner {
  public:
-  explicit Spawner(const Region& region) : region_(region), points_(region.points.first(std::min(kMaxPoints, region.points.size()))) {
-    for (const Vector3d& p : points_) start_.push_back(touchingBall(region.field, p));
-  }
-  std::span<const Vector3d> points() const { return points_; }
-  const std::vector<Ball>& starts() const { return start_; }
+  explicit Spawner(const Region& region) : region_(region) {}
 
   // Balls of one stand-off; empty if more than `max_balls` would be needed.
   std::vector<FittedBall> attempt(double stand_off) const {
-    std::vector<Vector3d> open(points_.begin(), points_.end());
-    std::vector<std::size_t> index(open.size());
-    for (std::size_t i = 0; i < index.size(); ++i) index[i] = i;
+    std::vector<Vector3d> open(region_.points.begin(), region_.points.end());
     std::vector<FittedBall> balls;
     while (!open.empty()) {
       if (balls.size() == region_.max_balls) return {};
-      const Placed best = place(open, index, stand_off);
+      const Placed best = place(open, stand_off);
       if (best.gain == 0 || best.gain * (region_.max_balls - balls.size()) < open.size()) return {};
       const double reach = best.inner.radius + stand_off;
       balls.push_back({best.inner.centre, reach, best.inner.radius});
-      std::size_t kept = 0;
-      for (std::size_t i = 0; i < open.size(); ++i)
-        if ((open[i] - best.inner.centre).norm() > reach) open[kept] = open[i], index[kept] = index[i], ++kept;
-      open.resize(kept);
-      index.resize(kept);
+      std::erase_if(open, [&](const Vector3d& p) { return (p - best.inner.centre).squaredNorm() <= reach * reach; });
     }
     return balls;
   }
@@ -61,15 +50,12 @@ class Spawner {
     return count;
   }
 
-  // A pattern search from the inner balls of some uncovered points; the points are in a well-spread order, so the first
-  // ones are used.
-  Placed place(const std::vector<Vector3d>& open, const std::vector<std::size_t>& index, double stand_off) const {
+  // A pattern search from the inner balls of a few uncovered points.
+  Placed place(const std::vector<Vector3d>& open, double stand_off) const {
     Placed best;
-    std::size_t tried = 0;
-    for (std::size_t i = 0; i < open.size() && tried < kStarts; ++i) {
-      Ball now = start_[index[i]];
+    for (const Vector3d& p : thinned(open, kStarts)) {
+      Ball now = touchingBall(region_.field, p);
       if (!(now.radius > 0)) continue;
-      ++tried;
       std::size_t count = gain(open, now.centre, now.radius + stand_off);
       double step = 0.5 * std::sqrt(stand_off * (2 * now.radius + stand_off));
       for (int halving = 0; halving < kHalvings;) {
@@ -89,8 +75,6 @@ class Spawner {
   }
 
   const Region& region_;
-  std::span<const Vector3d> points_;
-  std::vector<Ball> start_;
 };
 
 }  // namespace
@@ -98,16 +82,8 @@ class Spawner {
 std::vector<FittedBall> reduceSpawn(const Region& region) {
   if (region.points.empty()) return {};
   const Spawner spawner(region);
-  // One ball: about the centre of the smallest ball, or about the start that contains all points with the smallest
-  // stand-off.
-  const Ball smallest = smallestEnclosing(spawner.points());
-  FittedBall one{smallest.centre, smallest.radius, -region.field.signedDistance(smallest.centre)};
-  for (const Ball& start : spawner.starts()) {
-    if (!(start.radius > 0)) continue;
-    double reach = 0;
-    for (const Vector3d& p : spawner.points()) reach = std::max(reach, (p - start.centre).norm());
-    if (reach - start.radius < one.overhang()) one = {start.centre, reach, start.radius};
-  }
+  const Ball smallest = smallestEnclosing(region.points);
+  const FittedBall one{smallest.centre, smallest.radius, -region.field.signedDistance(smallest.centre)};
   std::vector<FittedBall> best{one};
   double low = 0, high = one.overhang();
   const auto attempt = [&](double trial) {

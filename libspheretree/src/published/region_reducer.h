@@ -18,14 +18,26 @@ namespace spheretree::builder {
 struct Region {
   const DistanceField& field;
   std::span<const Eigen::Vector3d> points;  // points to cover, at least one [mm]
-  std::span<const FittedBall> pool;         // balls of the medial axis near the region; may be empty
+  std::span<const FittedBall> pool;         // medial balls that touch the surface in the region; may be empty
   std::size_t max_balls = 8;                // >= 1
   double target_overhang = 0;               // fewer balls are used if their largest overhang stays within this [mm]; >= 0
-  std::uint64_t seed = 1;                   // for methods that use random numbers
 };
 
 /// Returns at most `max_balls` balls that contain every point of the region, or none if the method finds none (an empty
 /// pool). Pure: the same region gives the same balls.
 using Reducer = std::vector<FittedBall> (*)(const Region& region);
+
+/// A published method: its reducer, and what its authors do before and after it.
+struct Method {
+  Reducer reduce = nullptr;
+  enum class Axis { None, Static, Asked } axis = Axis::Asked;  // the medial axis of its pool; Asked: that of the settings
+  bool refits = true;                                          // the balls of a region are refitted, and redundant ones dropped
+};
+
+inline double worstOverhang(std::span<const FittedBall> balls) {
+  double worst = 0;
+  for (const FittedBall& b : balls) worst = std::max(worst, b.overhang());
+  return worst;
+}
 
 }  // namespace spheretree::builder

@@ -44,9 +44,9 @@ class BudgetSearch {
       if (items[i].hasTree()) fixed_ += leavesOf(items[i]);
       if (items[i].status != ItemStatus::Waiting) continue;
       builder::BuildSettings& settings = source_[i].job.settings;
-      if (settings.builder != BuilderKind::Cover)
-        throw tool::UsageError(items[i].source->name + ": a budget is for the builder cover, not " +
-                               std::string(builder::name(settings.builder)) + ". Give it that builder, or build without a budget.");
+      if (!settings.searches())
+        throw tool::UsageError(items[i].source->name + ": a published method makes as many leaves as it makes, and " +
+                               std::string(builder::name(settings.builder)) + " is one. Add \"search\": true, or build without a budget.");
       if (!(settings.tolerance_mm > 0)) settings.tolerance_mm = common;
       waiting_.push_back(i);
       max_.push_back(maxLeaves(context.scene, items[i]));

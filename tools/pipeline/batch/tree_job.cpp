@@ -101,6 +101,8 @@ TreeFigures figuresOf(const builder::BuildResult& built, const builder::Repaired
 builder::BuildSettings buildSettings(const formats::TreeSettings& settings) {
   builder::BuildSettings out;
   if (settings.builder) out.builder = byName(kBuilders, *settings.builder);
+  if (settings.search) out.search = *settings.search && out.builder != BuilderKind::Cover;  // a default beside objects with cover
+  if (settings.medial_axis) out.medial_axis = byName(kMedialAxes, *settings.medial_axis);
   if (settings.quality) out.quality = byName(kQualities, *settings.quality);
   if (settings.levels) out.levels = *settings.levels;
   if (settings.branching) out.branching = *settings.branching;
@@ -151,7 +153,7 @@ TreeResult TreeJob::run(builder::Progress& progress) const {
   builder::BuildSettings own = settings;
   own.unit_mm = file->mesh.unit_mm;
   const std::vector<formats::WorkRegion> near = regions();
-  const bool is_graded = work && (!near.empty() || work->reach) && settings.tolerance_mm > 0 && settings.builder == BuilderKind::Cover;
+  const bool is_graded = work && (!near.empty() || work->reach) && settings.tolerance_mm > 0 && settings.searches();
   const double wanted = settings.tolerance_mm > 0 ? settings.tolerance_mm : 1;
   if (is_graded)
     setTolerances(own, tolerancesAt(*work, near, inWorld(mesh, pose), settings.tolerance_mm, scale));

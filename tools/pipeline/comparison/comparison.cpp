@@ -117,7 +117,8 @@ std::string hashOfMesh(const ComparedMesh& compared) { return toHex(builder::mes
 
 Job jobOf(const ComparedMesh& compared, const Method& method, const ComparisonSettings& settings) {
   Job job{&compared, settings.build, {}, {}, {}, false};
-  job.settings.builder = method.builder;
+  job.settings.builder = method.builder.kind;
+  job.settings.search = method.builder.search;
   job.settings.skin = false;  // leaves are compared, and no skin is needed
   job.settings.quality = method.quality;
   job.id = compared.name + "." + idOf(method);
@@ -180,7 +181,8 @@ Sensitivity sensitivityOf(const ComparedMesh& compared, const Method& method, co
   tried.others = std::clamp(settings.rotations / 6, 1, tried.others);
   tried.seed = settings.build.seed;
   builder::BuildSettings build = settings.build;
-  build.builder = method.builder;
+  build.builder = method.builder.kind;
+  build.search = method.builder.search;
   build.skin = false;
   build.quality = method.quality;
   const fs::path file = fileOf(settings.folder, compared.name + "." + idOf(method) + ".stability");
@@ -225,13 +227,13 @@ std::string processorName() {
 
 }  // namespace
 
-std::vector<Method> methods(const std::vector<BuilderKind>& builders, const std::vector<Quality>& qualities) {
+std::vector<Method> methods(const std::vector<NamedBuilder>& builders, const std::vector<Quality>& qualities) {
   std::vector<Method> out;
-  const auto add = [&](BuilderKind builder, Quality quality) {
+  const auto add = [&](const NamedBuilder& builder, Quality quality) {
     if (const Method method{builder, quality}; std::find(out.begin(), out.end(), method) == out.end()) out.push_back(method);
   };
-  for (const BuilderKind builder : builders) {
-    if (builder == BuilderKind::Octree) {
+  for (const NamedBuilder& builder : builders) {
+    if (builder == NamedBuilder{BuilderKind::Octree}) {
       const bool standard = std::find(qualities.begin(), qualities.end(), Quality::Standard) != qualities.end();
       add(builder, standard || qualities.empty() ? Quality::Standard : qualities.front());
       continue;
@@ -305,7 +307,7 @@ std::string comparisonCsv(const Comparison& comparison) {
   };
   for (const Run& run : comparison.runs)
     for (const builder::LevelEvaluation& level : run.levels)
-      addLevel(run.mesh + "," + std::string(name(run.method.builder)) + "," + std::string(name(run.method.quality)) + "," +
+      addLevel(run.mesh + "," + name(run.method.builder) + "," + std::string(name(run.method.quality)) + "," +
                    Json(run.seconds).dump() + "," + Json(run.processor_seconds).dump(),
                level);
   for (const MeshFigures& mesh : comparison.meshes)

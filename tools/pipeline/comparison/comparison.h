@@ -17,7 +17,7 @@ namespace spheretree::pipeline {
 
 /// Every builder with every quality that changes its result. The octree has no qualities and appears once, with
 /// standard if that is listed, otherwise with the first one. Duplicates are removed.
-std::vector<Method> methods(const std::vector<builder::BuilderKind>& builders, const std::vector<builder::Quality>& qualities);
+std::vector<Method> methods(const std::vector<NamedBuilder>& builders, const std::vector<builder::Quality>& qualities);
 
 /// Spheres that another program computed for a mesh.
 struct OtherSpheres {

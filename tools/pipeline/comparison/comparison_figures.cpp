@@ -9,7 +9,7 @@
 
 namespace spheretree::pipeline {
 
-std::string idOf(const Method& method) { return std::string(name(method.builder)) + "." + std::string(name(method.quality)); }
+std::string idOf(const Method& method) { return name(method.builder) + "." + std::string(name(method.quality)); }
 
 LeafFigures leafFigures(const Comparison& comparison, const Run& run) {
   const auto mesh =

@@ -8,15 +8,16 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/builder_names.h"
 #include "spheretree/builder/build_settings.h"
 #include "spheretree/builder/evaluation.h"
 #include "spheretree/builder/sensitivity.h"
 
 namespace spheretree::pipeline {
 
-/// A builder with one quality.
+/// A builder, with the search or without, and one quality.
 struct Method {
-  builder::BuilderKind builder = builder::BuilderKind::Cover;
+  NamedBuilder builder;
   builder::Quality quality = builder::Quality::Standard;
   friend bool operator==(const Method&, const Method&) = default;
 };

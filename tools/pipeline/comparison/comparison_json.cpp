@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kSchema = "spheretree.comparison/1";
 
 void add(Json& out, const Method& method) {
-  out["builder"] = builder::name(method.builder);
+  out["builder"] = name(method.builder);
   out["quality"] = builder::name(method.quality);
 }
 
@@ -25,9 +25,9 @@ Method methodFromJson(const Json& json) {
     if (std::find(names.begin(), names.end(), name) == names.end())
       throw formats::FormatError("compare.json: '" + name + "' is no builder or quality of this version. Run spheretree compare again.");
   };
-  known(namesOf(kBuilders), builder);
+  known(namesOf(kNamedBuilders), builder);
   known(namesOf(kQualities), quality);
-  return {byName(kBuilders, builder), byName(kQualities, quality)};
+  return {byName(kNamedBuilders, builder), byName(kQualities, quality)};
 }
 
 Json toJson(const MeanFigures& mean) {

@@ -91,7 +91,7 @@ std::shared_ptr<PythonTree> buildTree(const PythonMesh& given, const BuildSettin
 
 std::shared_ptr<PythonTree> build(const py::object& mesh, const py::object& triangles, std::optional<double> tolerance, int levels,
                                   int branching, std::optional<int> leaves, const std::string& quality, const std::string& builder,
-                                  const std::vector<std::string>& combine, const py::object& skin, double crease_angle,
+                                  const std::vector<std::string>& combine, bool search, const std::string& medial_axis, const py::object& skin, double crease_angle,
                                   const std::string& repair, std::uint64_t seed, int threads, const py::object& progress) {
   BuildSettings s;
   s.tolerance_mm = positive(tolerance, "tolerance");
@@ -102,7 +102,9 @@ std::shared_ptr<PythonTree> build(const py::object& mesh, const py::object& tria
   s.quality = kindNamed(pipeline::kQualities, quality, "quality");
   s.builder = kindNamed(pipeline::kBuilders, builder, "builder");
   for (const std::string& member : combine) s.combine.push_back(kindNamed(pipeline::kMembers, member, "combine"));
-  if (s.builder == BuilderKind::Combined && s.combine.empty()) s.combine = {BuilderKind::Merge, BuilderKind::Burst, BuilderKind::Expand};
+  if (s.builder == BuilderKind::Combined && s.combine.empty()) s.combine = {BuilderKind::Expand, BuilderKind::Merge, BuilderKind::Burst};
+  s.search = search;
+  s.medial_axis = kindNamed(pipeline::kMedialAxes, medial_axis, "medial_axis");
   setSkin(s, skin);
   s.crease_angle_deg = crease_angle;
   s.seed = seed;
@@ -119,7 +121,8 @@ void bindBuild(py::module_& module) {
   const BuildSettings defaults;
   module.def("build", &build, py::arg("mesh"), py::arg("triangles") = py::none(), py::kw_only(), py::arg("tolerance") = py::none(),
              py::arg("levels") = defaults.levels, py::arg("branching") = defaults.branching, py::arg("leaves") = py::none(),
-             py::arg("quality") = "standard", py::arg("builder") = "cover", py::arg("combine") = py::list(), py::arg("skin") = "auto",
+             py::arg("quality") = "standard", py::arg("builder") = "cover", py::arg("combine") = py::list(), py::arg("search") = false,
+             py::arg("medial_axis") = "adaptive", py::arg("skin") = "auto",
              py::arg("crease_angle") = defaults.crease_angle_deg, py::arg("repair") = "auto", py::arg("seed") = defaults.seed,
              py::arg("threads") = defaults.threads, py::arg("progress") = py::none(),
              R"(Builds the sphere-tree of a mesh: every level provably covers the surface.
@@ -128,7 +131,7 @@ mesh: a Mesh, or vertices (n, 3) [mm] with triangles (m, 3), counter-clockwise s
 tolerance: largest overhang of the leaves, > 0 [mm], met with the fewest spheres; None (default): as many leaves as allowed.
 levels: 2 to 6 with the root (4). branching: 2 to 8 (8). leaves: their largest number (branching ** (levels - 1)).
 quality: "quick", "standard" (default) or "best". builder: "cover" (default) or a published one; combine: reducers of
-"combined". skin: "auto" (default), its tolerance [mm], or None. crease_angle: 1 to 180 (50) [degrees].
+"combined"; search: the cover search distributes the balls of a published builder; medial_axis: "adaptive" or "static". skin: "auto" (default), its tolerance [mm], or None. crease_angle: 1 to 180 (50) [degrees].
 repair: "auto" (default), "off" or "wrap"; a change, and a tolerance that is not met, is reported as a MeshWarning.
 seed: 0 to 2**64 - 1 (1). threads: 0 (all) to 1024; the tree does not depend on it.
 progress: called as progress(stage, fraction) from the calling thread; an exception that it raises ends the build.

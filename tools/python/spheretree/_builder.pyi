@@ -158,6 +158,8 @@ def build(
     quality: str = ...,
     builder: str = ...,
     combine: Sequence[str] = ...,
+    search: bool = ...,
+    medial_axis: str = ...,
     skin: Union[str, float, None] = ...,
     crease_angle: float = ...,
     repair: str = ...,

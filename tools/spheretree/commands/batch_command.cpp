@@ -248,6 +248,7 @@ void addOverrides(CLI::App& app, formats::TreeSettings& overrides) {
                  "Builder of every object, with the names of build --builder; default: the setting of the scene")
       ->type_name("NAME")
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kBuilders)));
+  app.add_flag("--search", overrides.search, "The cover search distributes the balls of published builders, as in build");
   app.add_option("--tolerance", overrides.tolerance_mm,
                  "Tolerance of every object in mm, above 0 and at most 10^6; default: the setting of the scene")
       ->type_name("MM")

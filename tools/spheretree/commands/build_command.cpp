@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // spheretree build: mesh to sphere-tree.
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -26,6 +28,7 @@
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
+#include "spheretree/formats/sph_text.h"
 #include "spheretree/formats/sphere_tree_file.h"
 #include "terminal.h"
 
@@ -39,7 +42,8 @@ using Json = nlohmann::ordered_json;
 struct BuildOptions {
   std::vector<std::filesystem::path> inputs;
   std::filesystem::path input, output, report;  // of one tree
-  std::string builder = "cover", quality = "standard", unit, repair = "auto", parts = "merge", skin = "auto";
+  std::filesystem::path uncertified;
+  std::string builder = "cover", quality = "standard", medial_axis = "adaptive", unit, repair = "auto", parts = "merge", skin = "auto";
   std::vector<std::string> combine;
   builder::BuildSettings settings;
   bool crease_angle_is_given = false;
@@ -48,8 +52,14 @@ struct BuildOptions {
 void checkOptions(const BuildOptions& options, const RunFiles& files) {
   if (!options.combine.empty() && options.builder != "combined")
     throw UsageError("--combine is for --builder combined. Leave one of them out.");
-  if (options.settings.max_leaves > 0 && options.builder != "cover")
-    throw UsageError("--leaves is for --builder cover. Leave one of them out.");
+  const bool is_published = options.builder != "cover", searches = !is_published || options.settings.search;
+  if (options.settings.search && !is_published) throw UsageError("--search is for published builders; cover always searches. Leave it out.");
+  if (options.settings.max_leaves > 0 && !searches)
+    throw UsageError("--leaves needs a search, since a published method makes as many leaves as it makes. Add --search, or leave it out.");
+  if (options.medial_axis != "adaptive" && !std::ranges::count(std::array{"merge", "burst", "expand", "combined"}, options.builder))
+    throw UsageError("--medial-axis is for --builder merge, burst, expand and combined. Leave one of them out.");
+  if (!options.uncertified.empty() && searches)
+    throw UsageError("--uncertified is for published builders without --search: a search knows the surface between its points. Leave it out.");
   if (options.settings.soft_share > 0 && options.builder != "cover")
     throw UsageError("--soft is for --builder cover. Leave one of them out.");
   if (options.skin == "off" && options.crease_angle_is_given)
@@ -57,6 +67,7 @@ void checkOptions(const BuildOptions& options, const RunFiles& files) {
   files.willRead(options.input);
   files.willWrite(options.output, {".stree"}, "the tree (for other forms, see spheretree convert)", false);
   files.willWrite(options.report, {".json"}, "the report");
+  files.willWrite(options.uncertified, {".sph"}, "the spheres before certification");
 }
 
 Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired, const builder::BuildResult& result,
@@ -67,6 +78,8 @@ Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired
   Json settings;
   settings["builder"] = name(s.builder);
   settings["combine"] = options.combine;
+  settings["search"] = s.searches();
+  settings["medial_axis"] = name(s.medial_axis);
   settings["levels"] = s.levels;
   settings["branching"] = s.branching;
   settings["leaves"] = s.max_leaves > 0 ? Json(s.max_leaves) : Json(nullptr);
@@ -125,10 +138,14 @@ void printSummary(const BuildOptions& options, const builder::BuildResult& resul
   const std::size_t nodes = result.tree.nodeCount();
   printResult("%s: %zu node%s, every level covers the surface; %.1f s\n", plainText(options.output.string()).c_str(), nodes,
               nodes == 1 ? "" : "s", seconds);
-  printResult("level  spheres  overhang bound [mm]\n");
+  // A published method covers points of the surface; what it takes to cover what lies between belongs to its figures.
+  const bool shows_growth = !options.settings.searches();
+  printResult("level  spheres  overhang bound [mm]%s\n", shows_growth ? "  certification added [mm]" : "");
   for (std::size_t level = 0; level < result.statistics.levels.size(); ++level) {
     const builder::LevelBuildStatistics& l = result.statistics.levels[level];
-    printResult("%5zu  %7zu  %19.6g\n", level, l.spheres, l.overhang_bound_mm);
+    printResult("%5zu  %7zu  %19.6g", level, l.spheres, l.overhang_bound_mm);
+    if (shows_growth) printResult("  %24.4g", l.largest_growth_mm);
+    printResult("\n");
   }
 }
 
@@ -171,7 +188,8 @@ int buildOne(BuildOptions options, bool quiet, builder::Progress& progress) {
   options.settings.skin = options.skin != "off";
   options.settings.skin_tolerance_mm = lengthIn(options.skin).value_or(0);
   options.settings.quality = pipeline::byName(pipeline::kQualities, options.quality);
-  if (options.settings.builder == BuilderKind::Combined && options.combine.empty()) options.combine = {"merge", "burst", "expand"};
+  options.settings.medial_axis = pipeline::byName(pipeline::kMedialAxes, options.medial_axis);
+  if (options.settings.builder == BuilderKind::Combined && options.combine.empty()) options.combine = {"expand", "merge", "burst"};
   for (const std::string& member : options.combine) options.settings.combine.push_back(pipeline::byName(pipeline::kMembers, member));
 
   progress.stage("read");
@@ -190,6 +208,7 @@ int buildOne(BuildOptions options, bool quiet, builder::Progress& progress) {
   const builder::BuildResult result = builder::buildSphereTree(repaired.mesh, options.settings, progress, repaired.to_cover);
   progress.check();
   formats::writeSphereTree(options.output, result.tree);
+  if (!options.uncertified.empty()) formats::writeWhole(options.uncertified, formats::writeSph(result.uncertified, SphereKind::Cover));
   if (!options.report.empty()) formats::writeWhole(options.report, jsonText(reportOf(options, repaired, result, notes), 2) + "\n");
   if (!isDash(options.output) && !isDash(options.report)) printSummary(options, result);
   if (options.settings.tolerance_mm > 0 && !result.statistics.tolerance_met) {
@@ -240,11 +259,19 @@ void addBuildCommand(Program& program) {
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kBuilders)));
   app->add_option("--combine", options->combine,
                   "Reducers of --builder combined, separated by commas, of merge, burst, expand, spawn, grid and hubbard; default "
-                  "merge,burst,expand")
+                  "expand,merge,burst")
       ->type_name("LIST")
       ->delimiter(',')
       ->allow_extra_args(false)  // otherwise it would take INPUT as a member
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kMembers)));
+  app->add_flag("--search", options->settings.search,
+                "The cover search distributes the balls of the published builder and adds balls where fewer than allowed are used; default: "
+                "off, the tree is that of the method");
+  app->add_option("--medial-axis", options->medial_axis,
+                  "adaptive: the medial axis is refined where the spheres need it; static: Voronoi vertices of a fixed sample; for "
+                  "builders merge, burst, expand and combined; default adaptive")
+      ->type_name("KIND")
+      ->check(CLI::IsMember(pipeline::namesOf(pipeline::kMedialAxes)));
   addTreeSize(*app, options->settings.levels, options->settings.branching);
   app->add_option("--quality", options->quality, "quick, standard or best: a slower build gives a tighter tree; default standard")
       ->type_name("NAME")
@@ -269,7 +296,7 @@ void addBuildCommand(Program& program) {
       ->check(numberIn(1, 180))
       ->each([options](const std::string&) { options->crease_angle_is_given = true; });
   app->add_option("--leaves", options->settings.max_leaves,
-                  "Largest number of leaves, 1 to 32768; builder cover only; default: as many as --levels and --branching allow")
+                  "Largest number of leaves, 1 to 32768; builder cover, or --search; default: as many as --levels and --branching allow")
       ->type_name("N")
       ->check(CLI::Range(1, 32768));
   app->add_option("--soft", options->settings.soft_share,
@@ -277,6 +304,10 @@ void addBuildCommand(Program& program) {
                   "builder cover only; see docs/tissue.md. Such a tree needs more leaves: add --levels 5")
       ->type_name("SHARE")
       ->check(numberIn(0.05, 0.5));
+  app->add_option("--uncertified", options->uncertified,
+                  "Also write the spheres of a published method before certification made them cover the surface, as text of the "
+                  "Sphere-Tree Construction Toolkit (.sph), to compare with its program; default: none")
+      ->type_name("FILE");
   addUnit(*app, options->unit);
   app->add_option("--repair", options->repair,
                   "What to do with a defective mesh: auto: repair it with the smallest change that makes it sound; off: refuse it; wrap: "

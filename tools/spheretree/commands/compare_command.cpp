@@ -32,7 +32,7 @@ constexpr std::size_t kMaxPageBytes = 2'000'000;
 
 struct CompareOptions {
   std::vector<fs::path> meshes;
-  std::vector<std::string> builders = pipeline::namesOf(pipeline::kBuilders), qualities = pipeline::namesOf(pipeline::kQualities);
+  std::vector<std::string> builders = pipeline::namesOf(pipeline::kNamedBuilders), qualities = pipeline::namesOf(pipeline::kQualities);
   std::vector<fs::path> spheres;  // of other programs
   std::string unit, spheres_unit = "m";
   pipeline::ComparisonSettings settings;
@@ -98,9 +98,9 @@ void declareOutputs(const CompareOptions& options, const std::vector<ComparedMes
 
 void printMeans(const std::vector<MeanFigures>& means) {
   printResult("Geometric means, leaves; D is the diagonal of a mesh\n");
-  printResult("builder   quality   processor [s]  worst overhang [%% D]  p99 [%% D]  excess volume [%%]\n");
+  printResult("builder          quality   processor [s]  worst overhang [%% D]  p99 [%% D]  excess volume [%%]\n");
   for (const MeanFigures& m : means)
-    printResult("%-9s %-9s %13s  %20s  %9s  %17s\n", std::string(name(m.method.builder)).c_str(),
+    printResult("%-16s %-9s %13s  %20s  %9s  %17s\n", name(m.method.builder).c_str(),
                 std::string(name(m.method.quality)).c_str(), shortNumber(m.figures.processor_seconds).c_str(),
                 shortNumber(m.figures.overhang_percent).c_str(), shortNumber(m.figures.p99_percent).c_str(),
                 shortNumber(m.figures.excess_percent).c_str());
@@ -116,9 +116,9 @@ int compare(CompareOptions options, bool quiet, builder::Progress& progress) {
   std::vector<ComparedMesh> meshes = readMeshes(options, quiet, progress);
   addSpheres(options, meshes, quiet);
   declareOutputs(options, meshes, files);
-  std::vector<builder::BuilderKind> builders;
+  std::vector<pipeline::NamedBuilder> builders;
   std::vector<builder::Quality> qualities;
-  for (const std::string& name : options.builders) builders.push_back(pipeline::byName(pipeline::kBuilders, name));
+  for (const std::string& name : options.builders) builders.push_back(pipeline::byName(pipeline::kNamedBuilders, name));
   for (const std::string& name : options.qualities) qualities.push_back(pipeline::byName(pipeline::kQualities, name));
   options.settings.methods = pipeline::methods(builders, qualities);
 
@@ -133,7 +133,7 @@ int compare(CompareOptions options, bool quiet, builder::Progress& progress) {
   for (const Run& run : comparison.runs) {
     if (run.isBuilt()) continue;
     ++failed;
-    say("spheretree: " + run.mesh + ", " + std::string(name(run.method.builder)) + " " + std::string(name(run.method.quality)) + ": " +
+    say("spheretree: " + run.mesh + ", " + name(run.method.builder) + " " + std::string(name(run.method.quality)) + ": " +
         run.error);
   }
   printResult("%s: open this page in a browser\n", plainText((folder / "index.html").string()).c_str());
@@ -159,11 +159,12 @@ void addCompareCommand(Program& program) {
       ->required()
       ->type_name("DIR");
   app->add_option("--builders", options->builders,
-                  "Builders, separated by commas, of cover, combined, merge, burst, expand, spawn, grid, hubbard and octree; default all")
+                  "Builders, separated by commas: cover, and combined, merge, burst, expand, spawn, grid, hubbard and octree, each also with "
+                  "the cover search, as merge+search; default all")
       ->type_name("LIST")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember(pipeline::namesOf(pipeline::kBuilders)));
+      ->check(CLI::IsMember(pipeline::namesOf(pipeline::kNamedBuilders)));
   app->add_option(
          "--qualities", options->qualities,
          "Qualities, separated by commas, of quick, standard and best; default all. The octree does not depend on them and runs once")

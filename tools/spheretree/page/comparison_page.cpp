@@ -38,7 +38,7 @@ constexpr std::array<Measure, 3> kMeasures{
      {&LeafFigures::p99_percent, "Usual overhang (99th percentile)", "Overhang, 99th percentile [% of the diagonal]"},
      {&LeafFigures::excess_percent, "Excess volume", "Volume outside the object [% of its volume]"}}};
 
-std::string label(const Method& method) { return std::string(name(method.builder)) + " \u00b7 " + std::string(name(method.quality)); }
+std::string label(const Method& method) { return name(method.builder) + " \u00b7 " + std::string(name(method.quality)); }
 
 ChartPoint pointOf(const Method& method, const LeafFigures& figures, const Measure& measure) {
   ChartPoint p;
@@ -84,7 +84,7 @@ std::string countChart(const Comparison& comparison, const MeshFigures& mesh) {
              other.method.quality > run.method.quality;
     };
     if (std::any_of(comparison.runs.begin(), comparison.runs.end(), isBetter)) continue;  // only the best quality of each builder
-    for (const builder::LevelEvaluation& level : run.levels) add(std::string(name(run.method.builder)), label(run.method), level);
+    for (const builder::LevelEvaluation& level : run.levels) add(name(run.method.builder), label(run.method), level);
   }
   for (const pipeline::OtherFigures& other : mesh.others) {
     const double bare = 100 * other.level.coverage.uncovered_fraction;

@@ -23,6 +23,8 @@ inline constexpr double kMaxSceneLength = 1e6;  // largest coordinate or toleran
 /// How a tree is built. Absent values come from the scene's defaults, then from those of `spheretree build`.
 struct TreeSettings {
   std::optional<std::string> builder;  // a name of `spheretree build --builder`
+  std::optional<bool> search;          // whether the cover search distributes the balls of a published builder
+  std::optional<std::string> medial_axis;  // adaptive, static
   std::optional<std::string> quality;  // quick, standard, best
   std::optional<std::string> repair;   // auto, off, wrap
   std::optional<int> levels;           // 2 .. 6

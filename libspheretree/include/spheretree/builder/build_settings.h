@@ -11,22 +11,26 @@ namespace spheretree::builder {
 
 enum class BuilderKind { Cover, Combined, Merge, Burst, Expand, Spawn, Grid, Hubbard, Octree };
 enum class Quality { Quick, Standard, Best };
+enum class MedialAxis { Adaptive, Static };
 
 std::string_view name(BuilderKind kind);
 std::string_view name(Quality quality);
+std::string_view name(MedialAxis axis);
 
 inline constexpr double kSkinTolerance = 2e-3;  // default tolerance of the skin, as a share of the diagonal
 
 struct BuildSettings {
   BuilderKind builder = BuilderKind::Cover;
   std::vector<BuilderKind> combine;  // the builders that Combined chooses from
+  bool search = false;  // the cover search distributes the balls of a published builder; builder Cover always searches
+  MedialAxis medial_axis = MedialAxis::Adaptive;  // of Merge, Burst, Expand and Combined; Hubbard's is static
   int levels = 4;                    // range [2, 6]; the root is level 0
   int branching = 8;                 // range [2, 8]
   Quality quality = Quality::Standard;
-  int max_leaves = 0;       // 1 .. 32768: at most this number of leaves; 0: branching^(levels - 1). Builder Cover only
+  int max_leaves = 0;       // 1 .. 32768: at most this number of leaves; 0: branching^(levels - 1). Builders that search only
   double tolerance_mm = 0;  // > 0: the smallest number of spheres whose leaf overhang stays within this; 0: all spheres
   // Tolerance of each triangle, >= tolerance_mm > 0; empty: tolerance_mm everywhere. A leaf may then reach out as far
-  // as the triangle through which it leaves the object allows (graded_tolerance.h). Builder Cover only.
+  // as the triangle through which it leaves the object allows (graded_tolerance.h). Builders that search only.
   std::vector<double> tolerance_of_triangle_mm;
   // > 0: leaves for soft tissue (docs/tissue.md). A leaf's radius is at most this share of the radius of the largest
   // ball that touches the surface where the leaf does; range [0, 0.5]. Builder Cover only.
@@ -38,6 +42,8 @@ struct BuildSettings {
   double unit_mm = 1;            // unit of the source file [mm]; only recorded
   std::uint64_t seed = 1;        // any value
   int threads = 0;               // 0: all processors of the machine; the result does not depend on it
+
+  bool searches() const { return search || builder == BuilderKind::Cover; }
 };
 
 /// @throws std::invalid_argument for settings out of range; the message names the setting and its range.

@@ -41,6 +41,7 @@ struct BuildStatistics {
 struct BuildResult {
   SphereTree tree;
   BuildStatistics statistics;
+  SphereTree uncertified;  // of a published builder that does not search: as its method makes it, before certification
 };
 
 /// Builds the tree, certifies it and computes its bounding spheres. The mesh must have passed checkMesh
