@@ -51,9 +51,9 @@ TEST(ProveTree, SeesEveryGapThatAPointLiesIn) {
   int open = 0;
   for (int n = 0; n < 200; ++n) {
     std::vector<Sphere> spheres;
-    for (int k = 0; k < 40; ++k) {
+    for (int k = 0; k < 60; ++k) {
       const Vector3d c = random.inCube(1.2);
-      spheres.push_back({float(c.x()), float(c.y()), float(c.z()), float(random.between(0.3, 0.9))});
+      spheres.push_back({float(c.x()), float(c.y()), float(c.z()), float(random.between(0.3, 1.1))});
     }
     const bool has_gap = std::ranges::any_of(points, [&](const Vector3d& p) {
       return std::ranges::none_of(spheres, [&](const Sphere& s) { return (p - Vector3d(s.x, s.y, s.z)).norm() <= double{s.radius}; });

@@ -42,8 +42,7 @@ bool addFixedRegion(const std::string& text, FixedRegions& regions) {
   if (all.starts_with("sphere:")) {
     const auto n = numbersIn(all.substr(7), 4);
     if (!n || !((*n)[3] > 0)) return false;
-    regions.balls.push_back(
-        {roundToFloat((*n)[0]), roundToFloat((*n)[1]), roundToFloat((*n)[2]), roundToFloat((*n)[3])});
+    regions.balls.push_back({roundToFloat((*n)[0]), roundToFloat((*n)[1]), roundToFloat((*n)[2]), roundToFloat((*n)[3])});
     return true;
   }
   if (!all.starts_with("box:")) return false;
