@@ -392,27 +392,6 @@ def built(programs, mesh, *options):
     return json.loads((programs.folder / "built.json").read_text())
 
 
-def octree_levels(programs):
-    """Overhang of the leaves of octants, and of the least tolerance in reach [mm]."""
-    lines = ["| mesh | octants, 4 levels | 4 levels | 5 levels | 6 levels |", "|---|---|---|---|---|"]
-    for title, name in (("tooth", "tooth"), ("the toolkit's probe", "probe")):
-        found = [built(programs, programs.foreign() / f"toolkit/{name}.obj", "--builder", "octree", *options)["levels"][-1]["overhang_bound_mm"]
-                 for options in ([], *(["--tolerance", "1e-4", "--levels", str(levels)] for levels in (4, 5, 6)))]
-        lines.append(f"| {title} | " + " | ".join(map(short, found)) + " |")
-    return lines
-
-
-def octree_nodes(programs):
-    """Nodes for a tolerance, and the fewest of a full search, as the test of tolerances prints them."""
-    found = printed_by(programs, "tolerance_test", "Tolerance.KeptWith*", r"^(\w+) +octree +tolerance .*: +(\d+) nodes, full search +(\d+)$", SPHERETREE_LONG="1")
-    meshes = {}
-    for mesh, nodes, fewest in found:
-        meshes.setdefault(mesh, []).append((nodes, fewest))
-    titles = {"box": "box 3 x 2 x 1", "torus": "torus 5 : 1", "probe": "sample probe", "tooth": "tooth", "plate": "plate 1 x 1 x 0.01"}
-    return ["| mesh | nodes | fewest |", "|---|---|---|",
-            *(f"| {titles[mesh]} | " + " | ".join(", ".join(column) for column in zip(*pairs)) + " |" for mesh, pairs in meshes.items())]
-
-
 DAMAGED = [("skull from CT, with inner walls", "skull_ct.ply"), ("maxilla from CT, porous", "maxilla_ct_porous.ply"),
            ("gums with tongue, open below", "gums_and_tongue_open.obj"), ("head and neck, open below", "head_neck_open.ply"),
            ("plaster cast of an upper jaw", "upper_cast.obj"), ("upper arch, 16 teeth sunk into the gum", "upper_arch_with_gum.obj"),
@@ -434,37 +413,39 @@ def damaged_meshes(programs):
     return lines
 
 
+TOOLKIT_MESHES = {"tooth": "tooth", "bunny-2000": "bunny", "probe": "probe", "cube": "cube", "plate": "plate"}
+TOOLKIT_BUILDERS = ["expand", "combined", "burst", "merge", "hubbard", "grid", "spawn", "octree"]
+
+
 @functools.cache
-def toolkit_rows(programs, quality):
-    """Our trees beside those of the reference program, by the script that compares them."""
+def toolkit_rows(programs, *options):
+    """Our trees beside those of the reference program, by the script that compares them: (mesh, builder) to a row."""
     judge = programs.build / "tests/judge/judge"
     if not judge.is_file():
         sys.exit(f"doc_tables: no {judge}, which measures the trees; the tests build it (ctest -R judge_build)")
-    subprocess.run([sys.executable, ROOT / "tests/pipeline/toolkit_comparison.py", judge,
-                    programs.build / "tools/spheretree/spheretree", programs.foreign() / "toolkit", "toolkit", "--quality", quality, "--json", "toolkit.json"],
-                   cwd=programs.folder, check=True, stdout=subprocess.DEVNULL)
-    return json.loads((programs.folder / "toolkit.json").read_text())["rows"]
+    subprocess.run([sys.executable, ROOT / "tests/pipeline/toolkit_comparison.py", judge, programs.build / "tools/spheretree/spheretree",
+                    programs.foreign() / "toolkit", "toolkit", "--json", "toolkit.json", *options], cwd=programs.folder, check=True, stdout=subprocess.DEVNULL)
+    return {(row["mesh"], row["builder"]): row for row in json.loads((programs.folder / "toolkit.json").read_text())["rows"]}
 
 
 def toolkit_trees(programs):
-    """Overhang of the leaves and processor time at standard, and in parentheses those of the reference program."""
-    found = {(row["mesh"], row["builder"]): row for row in toolkit_rows(programs, "standard")}
-    lines = ["| mesh | Merge | Grid | Combined |", "|---|---|---|---|"]
-    for mesh, title in (("tooth", "tooth, 3,920 triangles"), ("bunny-2000", "bunny, 1,998"), ("probe", "probe, 1,088"), ("cube", "cube"), ("plate", "plate 1 x 1 x 0.01")):
-        rows = [found[mesh, builder] for builder in ("merge", "grid", "combined")]
-        lines.append(f"| {title} | " + " | ".join(f"{row['max_pct'][-1]:.2f} in {row['processor_s']:.2f} s ({row['toolkit_max_pct']:.2f} in {row['toolkit_processor_s']:.0f} s)"
-                                                 for row in rows) + " |")
+    """Worst overhang of each published method and its ratio to the authors' program, and after certification."""
+    own = toolkit_rows(programs)
+    lines = ["| method | " + " | ".join(TOOLKIT_MESHES.values()) + " | certified, geometric mean |", "|---" * 7 + "|"]
+    for builder in TOOLKIT_BUILDERS:
+        cells = [f"{own[mesh, builder]['max_pct']:.2f} ({own[mesh, builder]['ratio']:.2f})" for mesh in TOOLKIT_MESHES]
+        certified = statistics.geometric_mean(own[mesh, builder]["certified_max_pct"] for mesh in TOOLKIT_MESHES)
+        lines.append(f"| {builder} | " + " | ".join(cells) + f" | {certified:.2f} |")
     return lines
 
 
 def toolkit_times(programs):
-    """Time of the reference program over ours: least and greatest of the meshes."""
-    builders = ["merge", "burst", "expand", "spawn", "grid", "combined"]
-    lines = ["| quality | " + " | ".join(name.capitalize() for name in builders) + " |", "|---" * (len(builders) + 1) + "|"]
-    for quality in ("quick", "standard"):
-        ratios = [[row["toolkit_processor_s"] / row["processor_s"] for row in toolkit_rows(programs, quality) if row["builder"] == name] for name in builders]
-        lines.append(f"| `{quality}` | " + " | ".join(f"{min(ratio):.0f} to {max(ratio):.0f} times" for ratio in ratios) + " |")
-    return lines
+    """Processor time of a tooth, and how often it fits into that of the authors' program."""
+    rows = [toolkit_rows(programs)["tooth", builder] for builder in TOOLKIT_BUILDERS]
+    return ["| | " + " | ".join(builder.capitalize() for builder in TOOLKIT_BUILDERS) + " |", "|---" * 9 + "|",
+            "| ours [s] | " + " | ".join(f"{row['processor_s']:.2f}" for row in rows) + " |",
+            "| theirs [s] | " + " | ".join(f"{row['toolkit_processor_s']:.3g}" for row in rows) + " |",
+            "| times as fast | " + " | ".join(f"{row['toolkit_processor_s'] / row['processor_s']:.2g}" for row in rows) + " |"]
 
 
 def sensitivity(programs):
@@ -497,10 +478,10 @@ def tolerance_leaves(programs):
     return lines
 
 
-FOREIGN = {"sensitivity", "toolkit_trees", "toolkit_times", "tolerance_leaves", "octree_levels", "octree_nodes", "damaged_meshes"}  # tables of meshes of others
+FOREIGN = {"sensitivity", "toolkit_trees", "toolkit_times", "tolerance_leaves", "damaged_meshes"}  # tables of meshes of others
 SLOW = {function.__name__: function for function in (
     readme_times, split_scans, split_margin, mouth_leaves, mouth_budget, mouth_real_time, mouth_load, soft_mouth, tissue_overhang, tissue_figures,
-    simplified_molar, step_times, qp_times, renderer_means, renderer_scenarios, molar_leaves, damaged_meshes, octree_levels, octree_nodes,
+    simplified_molar, step_times, qp_times, renderer_means, renderer_scenarios, molar_leaves, damaged_meshes,
     sensitivity, toolkit_trees, toolkit_times, tolerance_leaves)}
 TABLES = {function.__name__: function for function in (molar_build, mouth_parts, skin_errors)} | SLOW
 

@@ -76,8 +76,7 @@ for reducer in ("burst", "expand", "grid", "hubbard", "merge", "octree", "spawn"
     CASES[f"published/reduce_{reducer}.cpp"] = [f"{mesh} --builder {reducer} --levels 3 --quality quick" for mesh in ("molar", "probe")]
 CASES["published/reduce_octree.cpp"] += [f"{mesh} --builder octree --quality quick --tolerance {mm}" for mesh in ("molar", "probe")
                                          for mm in (1, 0.5, 0.2)]
-for file in ("octree_cells", "octree_for_tolerance"):
-    CASES[f"published/{file}.cpp"] = CASES["published/reduce_octree.cpp"]
+CASES["published/octree_cells.cpp"] = CASES["published/reduce_octree.cpp"]
 
 
 def rewritten(text, name, keep, fixed):

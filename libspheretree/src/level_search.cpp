@@ -14,7 +14,7 @@ namespace {
 // Share by which certification may increase an overhang after a search, at qualities quick, standard and best. What it
 // adds to a published method, which covers points, is known only afterwards.
 constexpr std::array<double, 3> kSearchAllowance{0.018, 0.013, 0.008};
-constexpr int kMaxAttempts = 4;          // builds for a smaller tolerance, if certification makes the overhang exceed it
+constexpr int kMaxAttempts = 8;          // builds for a smaller tolerance, if certification makes the overhang exceed it
 constexpr double kUndershoot = 0.997;    // further factor on these tolerances; applied once more in each attempt
 constexpr std::size_t kSmallTree = 21;   // nodes: 1 + 4 + 16; trees this small are searched exhaustively
 constexpr std::size_t kNearlySmall = 2;  // times this number: if the search needs more nodes, no full tree is tried

@@ -64,9 +64,9 @@ std::string settingsText(const BuildSettings& settings) {
   for (const BuilderKind kind : settings.combine) members.append(members.empty() ? "" : ",").append(name(kind));
   return "builder=" + std::string(name(settings.builder)) + "\ncombine=" + members + "\nlevels=" + std::to_string(settings.levels) +
          "\nbranching=" + std::to_string(settings.branching) + "\nquality=" + std::string(name(settings.quality)) +
-         "\ntolerance_mm=" + shortest(settings.tolerance_mm) + "\nseed=" + std::to_string(settings.seed) + "\n" + (settings.search ? "search=1\n" : "") +
-         (settings.medial_axis == MedialAxis::Static ? "medial_axis=static\n" : "") + skinText(settings) +
-         gradedText(settings) + (settings.soft_share > 0 ? "soft_share=" + shortest(settings.soft_share) + "\n" : "") +
+         "\ntolerance_mm=" + shortest(settings.tolerance_mm) + "\nseed=" + std::to_string(settings.seed) + "\n" +
+         (settings.search ? "search=1\n" : "") + (settings.medial_axis == MedialAxis::Static ? "medial_axis=static\n" : "") +
+         skinText(settings) + gradedText(settings) + (settings.soft_share > 0 ? "soft_share=" + shortest(settings.soft_share) + "\n" : "") +
          (settings.simplify ? "" : "simplify=0\n") +
          (settings.max_leaves == 0 ? "" : "most_leaves=" + std::to_string(settings.max_leaves) + "\n");
 }

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <stdexcept>
 
 #include "support/shapes.h"
@@ -45,7 +47,7 @@ TEST(BuildLevels, EveryBuilderFitsTheBudget) {
       ASSERT_EQ(levels.parents[level].size(), levels.balls[level].size());
       for (const std::uint32_t parent : levels.parents[level]) EXPECT_EQ(parent == kNoParent, level == 0);
     }
-    EXPECT_EQ(levels.parents.empty(), static_cast<BuilderKind>(kind) != BuilderKind::Octree) << "other levels are grouped at the end";
+    EXPECT_EQ(levels.parents.empty(), static_cast<BuilderKind>(kind) == BuilderKind::Cover) << "a published method has its own parents";
   }
 }
 
@@ -54,6 +56,30 @@ TEST(BuildLevels, ACombinationOfOneReducerEqualsItAndTheDefaultHasThree) {
   EXPECT_TRUE(
       areEqual(build(BuilderKind::Combined), build(BuilderKind::Combined, {BuilderKind::Expand, BuilderKind::Merge, BuilderKind::Burst})));
   EXPECT_FALSE(areEqual(build(BuilderKind::Merge), build(BuilderKind::Grid)));
+}
+
+TEST(BuildLevels, ASearchDistributesTheBallsOfAnyStart) {
+  const TriangleMesh mesh = test::torusMesh(5, 1, 24, 10);
+  const DistanceField field(mesh);
+  const auto worst = [&](const LevelBalls& levels) {
+    double overhang = 0;
+    for (const Ball& b : levels.balls.back()) overhang = std::max(overhang, b.radius + field.signedDistance(b.centre));
+    return overhang;
+  };
+  for (const BuilderKind kind : {BuilderKind::Merge, BuilderKind::Spawn, BuilderKind::Hubbard, BuilderKind::Octree}) {
+    SCOPED_TRACE(name(kind));
+    BuildSettings settings;
+    settings.builder = kind;
+    settings.quality = Quality::Quick;
+    settings.levels = 3;
+    Progress progress;
+    const LevelBalls own = LevelBuilder(mesh, field).build(settings, progress);
+    settings.search = true;
+    const LevelBalls searched = LevelBuilder(mesh, field).build(settings, progress);
+    EXPECT_TRUE(searched.parents.empty()) << "levels of a search are grouped at the end";
+    EXPECT_EQ(searched.balls.back().size(), 64u) << "balls are added up to the budget";
+    EXPECT_LT(worst(searched), 0.8 * worst(own));
+  }
 }
 
 TEST(BuildLevels, OnlyMethodsThatBuildByRegionsCombine) {

@@ -58,7 +58,7 @@ struct Model {
   }
 };
 
-CertifiedLevels search(const Model& model, double tolerance, BuilderKind kind = BuilderKind::Grid) {
+CertifiedLevels search(const Model& model, double tolerance, BuilderKind kind = BuilderKind::Cover) {
   BuildSettings settings;
   settings.builder = kind;
   settings.tolerance_mm = tolerance;

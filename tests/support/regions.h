@@ -38,11 +38,7 @@ struct WholeRegion {
   using Ball = builder::Ball;
 };
 
-inline double worstOverhang(const std::vector<builder::FittedBall>& balls) {
-  double worst = 0;
-  for (const builder::FittedBall& b : balls) worst = std::max(worst, b.overhang());
-  return worst;
-}
+using builder::worstOverhang;
 
 /// Share of the region's points that lie in no ball.
 inline double openShare(const builder::Region& region, const std::vector<builder::FittedBall>& balls) {

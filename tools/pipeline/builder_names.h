@@ -19,7 +19,7 @@ inline constexpr std::array kBuilders{BuilderKind::Cover, BuilderKind::Combined,
                                       BuilderKind::Burst, BuilderKind::Expand,   BuilderKind::Spawn,
                                       BuilderKind::Grid,  BuilderKind::Hubbard,  BuilderKind::Octree};
 inline constexpr std::array kMembers{BuilderKind::Expand, BuilderKind::Merge, BuilderKind::Burst,
-                                     BuilderKind::Spawn, BuilderKind::Grid,  BuilderKind::Hubbard};
+                                     BuilderKind::Spawn,  BuilderKind::Grid,  BuilderKind::Hubbard};
 inline constexpr std::array kMedialAxes{builder::MedialAxis::Adaptive, builder::MedialAxis::Static};
 inline constexpr std::array kQualities{Quality::Quick, Quality::Standard, Quality::Best};
 

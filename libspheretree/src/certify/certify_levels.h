@@ -30,7 +30,7 @@ struct CertifiedLevels {
   double uncertified_overhang = 0;                                  // of the deepest level, before certification [mm]
   double overhang_bound = std::numeric_limits<double>::infinity();  // of the deepest level, proven [mm]
 
-  LevelBalls uncertified;                                           // of a published method: the levels as they were given
+  LevelBalls uncertified;  // of a published method: the levels as they were given
 
   std::size_t count() const;  // spheres of all levels
 };

@@ -26,15 +26,15 @@ struct Sampling {
   std::size_t root_balls;    // medial balls, at least, before the root is divided
   std::size_t region_balls;  // ... and in the region of each node
 };
-constexpr std::size_t kMinLeaves = 512;       // a tree of fewer leaves has the points of a tree of this number: 10,000 at standard
-constexpr double kErrorFactor = 2;            // ratio of the overhangs of a node and of the medial balls in its region, as in the paper
-constexpr std::size_t kFirstSites = 64;       // of the adaptive medial axis; it grows from them
-constexpr std::size_t kStaticSamples = 500;   // points of the static medial axis beside the vertices of the mesh, as in the paper
-constexpr std::size_t kMaxVertices = 2000;    // of the mesh in the static medial axis
-constexpr std::size_t kSitesFrom = 8;         // the first sites are the farthest from each other of this multiple of points
-constexpr int kRefits = 3;                    // rounds, as in the paper
-constexpr double kNegligible = 1e-6;          // as a share of the diagonal: an overhang that needs no children
-constexpr std::size_t kSitesABall = 4;        // of the adaptive medial axis are inserted at most, for each ball that is wanted
+constexpr std::size_t kMinLeaves = 512;      // a tree of fewer leaves has the points of a tree of this number: 10,000 at standard
+constexpr double kErrorFactor = 2;           // ratio of the overhangs of a node and of the medial balls in its region, as in the paper
+constexpr std::size_t kFirstSites = 64;      // of the adaptive medial axis; it grows from them
+constexpr std::size_t kStaticSamples = 500;  // points of the static medial axis beside the vertices of the mesh, as in the paper
+constexpr std::size_t kMaxVertices = 2000;   // of the mesh in the static medial axis
+constexpr std::size_t kSitesFrom = 8;        // the first sites are the farthest from each other of this multiple of points
+constexpr int kRefits = 3;                   // rounds, as in the paper
+constexpr double kNegligible = 1e-6;         // as a share of the diagonal: an overhang that needs no children
+constexpr std::size_t kSitesABall = 4;       // of the adaptive medial axis are inserted at most, for each ball that is wanted
 
 Sampling samplingOf(Quality quality) {
   switch (quality) {
@@ -63,7 +63,8 @@ std::vector<Vector3d> surfacePoints(const TriangleMesh& mesh, std::size_t count,
 // The authors promote Voronoi vertices outside of the solid where the inner ones leave the surface uncovered. Here the
 // largest inner ball that touches the surface at the point with the largest gap enters, until no gap exceeds `target`
 // and there are as many balls as wanted.
-void addCoverBalls(const DistanceField& field, std::span<const Vector3d> points, double target, std::size_t wanted, std::vector<FittedBall>& pool) {
+void addCoverBalls(const DistanceField& field, std::span<const Vector3d> points, double target, std::size_t wanted,
+                   std::vector<FittedBall>& pool) {
   std::vector<double> gap(points.size(), kInfinity);
   const auto add = [&](const FittedBall& ball) {
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -98,7 +99,8 @@ class TreeBuilder {
     for (int level = 1; level < settings.levels; ++level) leaves *= static_cast<std::size_t>(settings.branching);
     points_ = surfacePoints(mesh, sampling_.points * std::max(leaves, kMinLeaves), settings.seed);
     const bool wants_static = std::ranges::any_of(methods, [&](const Method& m) { return isStatic(m); });
-    const bool wants_adaptive = std::ranges::any_of(methods, [&](const Method& m) { return m.axis == Method::Axis::Asked && !isStatic(m); });
+    const bool wants_adaptive =
+        std::ranges::any_of(methods, [&](const Method& m) { return m.axis == Method::Axis::Asked && !isStatic(m); });
     if (wants_adaptive) {
       adaptive_.emplace(field, farthestFirst(thinned(points_, kSitesFrom * kFirstSites), kFirstSites));
     }
@@ -170,8 +172,8 @@ class TreeBuilder {
   }
 
   // The children of a node. None if the methods find nothing better than the node itself.
-  std::vector<Node> divide(const Node& node, std::uint32_t number, const AdaptiveMedialAxis::Target& target, std::vector<FittedBall> refined,
-                           std::vector<FittedBall> fixed) const {
+  std::vector<Node> divide(const Node& node, std::uint32_t number, const AdaptiveMedialAxis::Target& target,
+                           std::vector<FittedBall> refined, std::vector<FittedBall> fixed) const {
     std::vector<Vector3d> points;
     for (const std::uint32_t i : node.points) points.push_back(points_[i]);
     if (adaptive_) addCoverBalls(field_, points, target.overhang, target.min_balls, refined);

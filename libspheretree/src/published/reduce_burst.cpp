@@ -37,8 +37,14 @@ struct Burst {
 
 class Burster {
  public:
-  explicit Burster(const Region& region) : region_(region), balls_(region.pool.begin(), region.pool.end()), alive_(balls_.size(), 1),
-        points_(balls_.size()), near_(region.points.size()), changed_(balls_.size(), 0), bursts_(balls_.size()) {
+  explicit Burster(const Region& region)
+      : region_(region),
+        balls_(region.pool.begin(), region.pool.end()),
+        alive_(balls_.size(), 1),
+        points_(balls_.size()),
+        near_(region.points.size()),
+        changed_(balls_.size(), 0),
+        bursts_(balls_.size()) {
     for (FittedBall& ball : balls_) ball.radius = 0;
     for (std::uint32_t i = 0; i < near_.size(); ++i) {
       findHeirs(i);
@@ -48,6 +54,7 @@ class Burster {
     }
     for (std::size_t b = 0; b < balls_.size(); ++b)
       if (points_[b].empty()) alive_[b] = 0;
+    if (std::ranges::count(alive_, 1) < 2) return;  // nothing can burst
     for (std::uint32_t b = 0; b < balls_.size(); ++b)
       if (alive_[b]) bursts_[b] = plan(b);
   }
@@ -86,7 +93,7 @@ class Burster {
 
   // Another ball that contains the point already, the nearest if there are several; otherwise the nearest.
   const Heir& heirOf(std::uint32_t point, std::uint32_t bursting, const Burst& burst) {
-    for (int attempt = 0;; ++attempt) {
+    while (true) {  // some other ball is alive
       const Heir* nearest = nullptr;
       for (const Heir& heir : near_[point]) {
         if (!alive_[heir.ball] || heir.ball == bursting) continue;

@@ -44,7 +44,8 @@ std::vector<std::size_t> select(const Region& region, double stand_off, std::siz
     if (chosen.size() == max_count) return {};
     // The first word with a point decides nearly always that a ball is not within another one.
     std::vector<std::size_t> first(region.pool.size(), 0);
-    for (const std::size_t b : left) first[b] = static_cast<std::size_t>(std::ranges::find_if(held.of(b), [](auto w) { return w != 0; }) - held.of(b).begin());
+    for (const std::size_t b : left)
+      first[b] = static_cast<std::size_t>(std::ranges::find_if(held.of(b), [](auto w) { return w != 0; }) - held.of(b).begin());
     std::size_t best = left[0], most = 0;
     for (const std::size_t b : left) {
       const std::span<const std::uint64_t> own = held.of(b);

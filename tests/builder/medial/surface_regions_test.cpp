@@ -8,6 +8,7 @@
 #include <numeric>
 #include <vector>
 
+#include "support/dense_points.h"
 #include "support/random.h"
 #include "support/shapes.h"
 
@@ -19,7 +20,7 @@ using Eigen::Vector3d;
 struct Setting {
   TriangleMesh mesh = test::boxMesh({-1, -2, -3}, {1, 2, 3});
   DistanceField field{mesh};
-  SurfacePoints surface = sampleRegions(mesh, field, 2000, 64, 1);
+  std::vector<Vector3d> points = test::densePoints(mesh, 12, 1);
   std::vector<FittedBall> balls;
 
   Setting() {
@@ -31,34 +32,12 @@ struct Setting {
   }
 };
 
-TEST(SurfaceRegions, SamplesHoldTheCornersAndLoadsGrowWhereTheSolidIsThin) {
-  // A thick block with a thin plate beside it: equal areas of the plate take more spheres.
-  const TriangleMesh mesh = test::joined(test::boxMesh({0, 0, 0}, {4, 4, 4}), test::boxMesh({10, 0, 0}, {14, 4, 0.1}));
-  const DistanceField field(mesh);
-  const SurfacePoints surface = sampleRegions(mesh, field, 4000, 64, 1);
-  ASSERT_EQ(surface.points.size(), surface.ball_density.size());
-  ASSERT_EQ(surface.points.size(), surface.inner.size());
-  for (const Vector3d& corner : mesh.positions)
-    EXPECT_NE(std::find(surface.points.begin(), surface.points.end(), corner), surface.points.end());
-  double thick = 0, thin = 0;
-  std::size_t thick_count = 0, thin_count = 0;
-  for (std::size_t i = 0; i < surface.points.size(); ++i) {
-    EXPECT_LT(field.distance(surface.points[i]), 1e-9);
-    if (!(surface.ball_density[i] > 0)) continue;
-    if (surface.points[i].x() > 5)
-      thin += surface.ball_density[i], ++thin_count;
-    else
-      thick += surface.ball_density[i], ++thick_count;
-  }
-  EXPECT_GT(thin / static_cast<double>(thin_count), 2 * thick / static_cast<double>(thick_count));
-}
-
 TEST(SurfaceRegions, AssignDeepestAgreesWithBruteForce) {
   Setting s;
   const std::vector<FittedBall> before = s.balls;
-  const std::vector<std::uint32_t> owner = assignDeepest(s.surface.points, s.balls);
+  const std::vector<std::uint32_t> owner = assignDeepest(s.points, s.balls);
   for (std::size_t i = 0; i < owner.size(); ++i) {
-    const Vector3d& p = s.surface.points[i];
+    const Vector3d& p = s.points[i];
     double smallest = std::numeric_limits<double>::infinity();
     for (const FittedBall& b : before)
       if ((p - b.centre).norm() <= b.radius) smallest = std::min(smallest, (p - b.centre).norm() - b.clearance);
@@ -73,28 +52,28 @@ TEST(SurfaceRegions, AssignDeepestAgreesWithBruteForce) {
 TEST(SurfaceRegions, RefitKeepsThePointsCoveredAndNeverRaisesTheWorst) {
   Setting s;
   Progress progress;
-  refitBalls(s.field, s.surface.points, s.balls, 0, progress);
+  refitBalls(s.field, s.points, s.balls, 0, progress);
   double before = 0;
   for (const FittedBall& b : s.balls) before = std::max(before, b.overhang());
   for (int round = 0; round < 4; ++round) {
-    const std::vector<std::uint32_t> owner = refitBalls(s.field, s.surface.points, s.balls, 1, progress);
+    const std::vector<std::uint32_t> owner = refitBalls(s.field, s.points, s.balls, 1, progress);
     double worst = 0;
     for (const FittedBall& b : s.balls) worst = std::max(worst, b.overhang());
     EXPECT_LE(worst, before * (1 + 1e-9));
     before = worst;
     for (std::size_t i = 0; i < owner.size(); ++i)
-      EXPECT_LE((s.surface.points[i] - s.balls[owner[i]].centre).norm(), s.balls[owner[i]].radius * (1 + 1e-12));
+      EXPECT_LE((s.points[i] - s.balls[owner[i]].centre).norm(), s.balls[owner[i]].radius * (1 + 1e-12));
   }
 }
 
 TEST(SurfaceRegions, HoldersAreThoseOfBruteForce) {
   Setting s;
-  const Holders holders = findHolders(s.surface.points, s.balls);
-  ASSERT_EQ(holders.begin.size(), s.surface.points.size() + 1);
-  for (std::size_t i = 0; i < s.surface.points.size(); ++i) {
+  const Holders holders = findHolders(s.points, s.balls);
+  ASSERT_EQ(holders.begin.size(), s.points.size() + 1);
+  for (std::size_t i = 0; i < s.points.size(); ++i) {
     std::vector<std::uint32_t> expected;
     for (std::uint32_t b = 0; b < s.balls.size(); ++b)
-      if ((s.surface.points[i] - s.balls[b].centre).norm() <= s.balls[b].radius * (1 + 1e-9)) expected.push_back(b);
+      if ((s.points[i] - s.balls[b].centre).norm() <= s.balls[b].radius * (1 + 1e-9)) expected.push_back(b);
     EXPECT_TRUE(std::ranges::equal(holders.of(i), expected)) << i;
   }
 }
@@ -102,14 +81,14 @@ TEST(SurfaceRegions, HoldersAreThoseOfBruteForce) {
 TEST(SurfaceRegions, RedundantBallsLeaveTheCoverComplete) {
   Setting s;
   Progress progress;
-  refitBalls(s.field, s.surface.points, s.balls, 0, progress);
+  refitBalls(s.field, s.points, s.balls, 0, progress);
   std::vector<FittedBall> balls = s.balls;
   balls.insert(balls.end(), s.balls.begin(), s.balls.end());  // every ball twice: half of them must be removed
   const std::vector<std::uint32_t> group(balls.size(), 0);
-  const Holders holders = findHolders(s.surface.points, balls);
+  const Holders holders = findHolders(s.points, balls);
   const std::vector<char> redundant = maybeRedundant(holders, balls, group, {}, {});
   EXPECT_GE(std::accumulate(redundant.begin(), redundant.end(), 0), static_cast<int>(s.balls.size()));
-  for (const Vector3d& p : s.surface.points) {
+  for (const Vector3d& p : s.points) {
     bool held = false;
     for (std::size_t b = 0; b < balls.size(); ++b)
       held = held || (!redundant[b] && (p - balls[b].centre).norm() <= balls[b].radius * (1 + 1e-9));
@@ -119,7 +98,7 @@ TEST(SurfaceRegions, RedundantBallsLeaveTheCoverComplete) {
   std::vector<char> absent(balls.size(), 0);
   std::fill(absent.begin() + static_cast<std::ptrdiff_t>(s.balls.size()), absent.end(), 1);
   const std::vector<char> of_both = maybeRedundant(holders, balls, group, {}, absent);
-  const std::vector<char> of_first = maybeRedundant(findHolders(s.surface.points, s.balls), s.balls, group, {}, {});
+  const std::vector<char> of_first = maybeRedundant(findHolders(s.points, s.balls), s.balls, group, {}, {});
   EXPECT_TRUE(std::equal(of_first.begin(), of_first.end(), of_both.begin()));
   EXPECT_EQ(std::count(of_both.begin() + static_cast<std::ptrdiff_t>(s.balls.size()), of_both.end(), 1), 0);
   std::vector<std::uint32_t> alone(balls.size());
@@ -129,13 +108,12 @@ TEST(SurfaceRegions, RedundantBallsLeaveTheCoverComplete) {
 
 // Two equal balls whose overlap contains nearly all points, but whose middles are off-centre: the plane moves until
 // both have half.
-TEST(SurfaceRegions, RegionsHaveEqualDensities) {
+TEST(SurfaceRegions, RegionsHaveEquallyManyPoints) {
   test::Random random(5);
   std::vector<Vector3d> points;
-  std::vector<double> ball_density;
-  for (int i = 0; i < 4000; ++i) points.push_back(random.inBox({0, 0, 0}, {10, 1, 1})), ball_density.push_back(1);
+  for (int i = 0; i < 4000; ++i) points.push_back(random.inBox({0, 0, 0}, {10, 1, 1}));
   const std::vector<FittedBall> balls{{{5, 0, 0}, 20, 0}, {{9, 0, 0}, 20, 0}};
-  const std::vector<std::uint32_t> owner = assignToRegions(points, ball_density, balls);
+  const std::vector<std::uint32_t> owner = assignToRegions(points, balls);
   double low = 0, first = 0, second_min = 10;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (owner[i] == 0) ++first, low = std::max(low, points[i].x());

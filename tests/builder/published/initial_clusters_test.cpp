@@ -51,7 +51,7 @@ TEST(InitialClusters, MergesTheCheapestPairFirst) {
   const MergeRule by_count = [](const Region&, const MedialCluster& a, const MedialCluster& b, std::vector<Vector3d>&) {
     return FittedBall{a.ball.centre, static_cast<double>(a.points.size() + b.points.size()), 0};
   };
-  const std::vector<FittedBall> balls = mergeClusters(whole.region(8), by_count);
+  const std::vector<FittedBall> balls = mergeClusters(whole.region(8), startClusters(whole.region(8)), by_count);
   ASSERT_EQ(balls.size(), 8u);
   double smallest = std::numeric_limits<double>::infinity(), largest = 0, sum = 0;
   for (const FittedBall& b : balls) smallest = std::min(smallest, b.radius), largest = std::max(largest, b.radius), sum += b.radius;

@@ -17,6 +17,14 @@ TEST(ReduceBurst, NothingToStartFrom) {
   EXPECT_TRUE(reduceBurst(region).empty());
 }
 
+TEST(ReduceBurst, OneBallHasNothingToBurstInto) {
+  const test::WholeRegion whole(test::sphereMesh(2, 3), 100);
+  const std::vector<FittedBall> one{whole.pool[0]};
+  Region region = whole.region(8);
+  region.pool = one;
+  EXPECT_EQ(reduceBurst(region).size(), 1u);
+}
+
 TEST(ReduceBurst, JoinsPartsThatNoNeighboursLink) {
   const test::WholeRegion whole(test::joined(test::sphereMesh(1, 2),
                                              [] {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <stdexcept>
 #include <vector>
 
 #include "certify/certify_cover.h"
@@ -34,7 +33,7 @@ TEST(ReduceOctree, EveryLevelCoversByItself) {
   const DistanceField field(mesh);
   Progress progress;
   for (const int branching : {2, 5, 8}) {
-    PublishedSettings settings;
+    BuildSettings settings;
     settings.branching = branching;
     const LevelBalls tree = buildOctree(mesh, field, settings, progress);
     for (std::size_t level = 0; level < tree.balls.size(); ++level) {
@@ -48,16 +47,36 @@ TEST(ReduceOctree, EveryLevelCoversByItself) {
   }
 }
 
-TEST(ReduceOctree, RefusesLevelsOutOfRange) {
-  const TriangleMesh mesh = test::boxMesh({0, 0, 0}, {1, 1, 1});
+// A plate of one cell: each level has one layer of cubes, whose balls reach out as far as those of a cube on a plane.
+TEST(ReduceOctree, CubesStandOnTheLowestCorner) {
+  const TriangleMesh mesh = test::boxMesh({5, 5, 5}, {6, 6, 5.01});
   const DistanceField field(mesh);
   Progress progress;
-  for (const double tolerance : {0.0, 0.2}) {
-    PublishedSettings settings;
-    settings.levels = 9;
-    settings.tolerance_mm = tolerance;
-    EXPECT_THROW(buildOctree(mesh, field, settings, progress), std::invalid_argument);
+  const LevelBalls tree = buildOctree(mesh, field, {}, progress);
+  const std::size_t counts[] = {1, 4, 16, 64};
+  for (std::size_t level = 0; level < 4; ++level) {
+    EXPECT_EQ(tree.balls[level].size(), counts[level]);
+    const double half = 0.5 * std::pow(0.5, static_cast<double>(level));
+    for (const Ball& b : tree.balls[level]) {
+      EXPECT_NEAR(b.radius, std::sqrt(3) * half, 1e-9);
+      EXPECT_NEAR(b.centre.z(), 5 + half, 1e-9);
+    }
   }
+}
+
+TEST(ReduceOctree, CellsThatKeepTheToleranceAreNotDivided) {
+  const TriangleMesh mesh = test::torusMesh(5, 1, 30, 12);
+  const DistanceField field(mesh);
+  BuildSettings settings;
+  settings.levels = 5;
+  settings.tolerance_mm = 1;
+  Progress progress;
+  const LevelBalls tree = buildOctree(mesh, field, settings, progress);
+  for (std::size_t level = 1; level < tree.balls.size(); ++level)
+    for (const std::uint32_t parent : tree.parents[level]) {
+      const Ball& above = tree.balls[level - 1][parent];
+      EXPECT_GT(above.radius + field.signedDistance(above.centre), settings.tolerance_mm);
+    }
 }
 
 }  // namespace

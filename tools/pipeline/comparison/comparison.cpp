@@ -307,8 +307,8 @@ std::string comparisonCsv(const Comparison& comparison) {
   };
   for (const Run& run : comparison.runs)
     for (const builder::LevelEvaluation& level : run.levels)
-      addLevel(run.mesh + "," + name(run.method.builder) + "," + std::string(name(run.method.quality)) + "," +
-                   Json(run.seconds).dump() + "," + Json(run.processor_seconds).dump(),
+      addLevel(run.mesh + "," + name(run.method.builder) + "," + std::string(name(run.method.quality)) + "," + Json(run.seconds).dump() +
+                   "," + Json(run.processor_seconds).dump(),
                level);
   for (const MeshFigures& mesh : comparison.meshes)
     for (const OtherFigures& other : mesh.others) addLevel(mesh.name + "," + other.name + ",,,", other.level);

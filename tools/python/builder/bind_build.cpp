@@ -91,8 +91,9 @@ std::shared_ptr<PythonTree> buildTree(const PythonMesh& given, const BuildSettin
 
 std::shared_ptr<PythonTree> build(const py::object& mesh, const py::object& triangles, std::optional<double> tolerance, int levels,
                                   int branching, std::optional<int> leaves, const std::string& quality, const std::string& builder,
-                                  const std::vector<std::string>& combine, bool search, const std::string& medial_axis, const py::object& skin, double crease_angle,
-                                  const std::string& repair, std::uint64_t seed, int threads, const py::object& progress) {
+                                  const std::vector<std::string>& combine, bool search, const std::string& medial_axis,
+                                  const py::object& skin, double crease_angle, const std::string& repair, std::uint64_t seed, int threads,
+                                  const py::object& progress) {
   BuildSettings s;
   s.tolerance_mm = positive(tolerance, "tolerance");
   s.levels = levels;
@@ -122,9 +123,9 @@ void bindBuild(py::module_& module) {
   module.def("build", &build, py::arg("mesh"), py::arg("triangles") = py::none(), py::kw_only(), py::arg("tolerance") = py::none(),
              py::arg("levels") = defaults.levels, py::arg("branching") = defaults.branching, py::arg("leaves") = py::none(),
              py::arg("quality") = "standard", py::arg("builder") = "cover", py::arg("combine") = py::list(), py::arg("search") = false,
-             py::arg("medial_axis") = "adaptive", py::arg("skin") = "auto",
-             py::arg("crease_angle") = defaults.crease_angle_deg, py::arg("repair") = "auto", py::arg("seed") = defaults.seed,
-             py::arg("threads") = defaults.threads, py::arg("progress") = py::none(),
+             py::arg("medial_axis") = "adaptive", py::arg("skin") = "auto", py::arg("crease_angle") = defaults.crease_angle_deg,
+             py::arg("repair") = "auto", py::arg("seed") = defaults.seed, py::arg("threads") = defaults.threads,
+             py::arg("progress") = py::none(),
              R"(Builds the sphere-tree of a mesh: every level provably covers the surface.
 
 mesh: a Mesh, or vertices (n, 3) [mm] with triangles (m, 3), counter-clockwise seen from outside.

@@ -53,13 +53,15 @@ void checkOptions(const BuildOptions& options, const RunFiles& files) {
   if (!options.combine.empty() && options.builder != "combined")
     throw UsageError("--combine is for --builder combined. Leave one of them out.");
   const bool is_published = options.builder != "cover", searches = !is_published || options.settings.search;
-  if (options.settings.search && !is_published) throw UsageError("--search is for published builders; cover always searches. Leave it out.");
+  if (options.settings.search && !is_published)
+    throw UsageError("--search is for published builders; cover always searches. Leave it out.");
   if (options.settings.max_leaves > 0 && !searches)
     throw UsageError("--leaves needs a search, since a published method makes as many leaves as it makes. Add --search, or leave it out.");
   if (options.medial_axis != "adaptive" && !std::ranges::count(std::array{"merge", "burst", "expand", "combined"}, options.builder))
     throw UsageError("--medial-axis is for --builder merge, burst, expand and combined. Leave one of them out.");
   if (!options.uncertified.empty() && searches)
-    throw UsageError("--uncertified is for published builders without --search: a search knows the surface between its points. Leave it out.");
+    throw UsageError(
+        "--uncertified is for published builders without --search: a search knows the surface between its points. Leave it out.");
   if (options.settings.soft_share > 0 && options.builder != "cover")
     throw UsageError("--soft is for --builder cover. Leave one of them out.");
   if (options.skin == "off" && options.crease_angle_is_given)
@@ -264,9 +266,10 @@ void addBuildCommand(Program& program) {
       ->delimiter(',')
       ->allow_extra_args(false)  // otherwise it would take INPUT as a member
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kMembers)));
-  app->add_flag("--search", options->settings.search,
-                "The cover search distributes the balls of the published builder and adds balls where fewer than allowed are used; default: "
-                "off, the tree is that of the method");
+  app->add_flag(
+      "--search", options->settings.search,
+      "The cover search distributes the balls of the published builder and adds balls where fewer than allowed are used; default: "
+      "off, the tree is that of the method");
   app->add_option("--medial-axis", options->medial_axis,
                   "adaptive: the medial axis is refined where the spheres need it; static: Voronoi vertices of a fixed sample; for "
                   "builders merge, burst, expand and combined; default adaptive")

@@ -100,10 +100,9 @@ void printMeans(const std::vector<MeanFigures>& means) {
   printResult("Geometric means, leaves; D is the diagonal of a mesh\n");
   printResult("builder          quality   processor [s]  worst overhang [%% D]  p99 [%% D]  excess volume [%%]\n");
   for (const MeanFigures& m : means)
-    printResult("%-16s %-9s %13s  %20s  %9s  %17s\n", name(m.method.builder).c_str(),
-                std::string(name(m.method.quality)).c_str(), shortNumber(m.figures.processor_seconds).c_str(),
-                shortNumber(m.figures.overhang_percent).c_str(), shortNumber(m.figures.p99_percent).c_str(),
-                shortNumber(m.figures.excess_percent).c_str());
+    printResult("%-16s %-9s %13s  %20s  %9s  %17s\n", name(m.method.builder).c_str(), std::string(name(m.method.quality)).c_str(),
+                shortNumber(m.figures.processor_seconds).c_str(), shortNumber(m.figures.overhang_percent).c_str(),
+                shortNumber(m.figures.p99_percent).c_str(), shortNumber(m.figures.excess_percent).c_str());
 }
 
 int compare(CompareOptions options, bool quiet, builder::Progress& progress) {
@@ -133,8 +132,7 @@ int compare(CompareOptions options, bool quiet, builder::Progress& progress) {
   for (const Run& run : comparison.runs) {
     if (run.isBuilt()) continue;
     ++failed;
-    say("spheretree: " + run.mesh + ", " + name(run.method.builder) + " " + std::string(name(run.method.quality)) + ": " +
-        run.error);
+    say("spheretree: " + run.mesh + ", " + name(run.method.builder) + " " + std::string(name(run.method.quality)) + ": " + run.error);
   }
   printResult("%s: open this page in a browser\n", plainText((folder / "index.html").string()).c_str());
   return failed > 0 ? kExitPartlyFailed : kExitOk;
@@ -158,9 +156,10 @@ void addCompareCommand(Program& program) {
   app->add_option("-o,--output", options->settings.folder, "Folder of the results; the folder of an interrupted run is continued")
       ->required()
       ->type_name("DIR");
-  app->add_option("--builders", options->builders,
-                  "Builders, separated by commas: cover, and combined, merge, burst, expand, spawn, grid, hubbard and octree, each also with "
-                  "the cover search, as merge+search; default all")
+  app->add_option(
+         "--builders", options->builders,
+         "Builders, separated by commas: cover, and combined, merge, burst, expand, spawn, grid, hubbard and octree, each also with "
+         "the cover search, as merge+search; default all")
       ->type_name("LIST")
       ->delimiter(',')
       ->allow_extra_args(false)

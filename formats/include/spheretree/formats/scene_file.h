@@ -22,14 +22,14 @@ inline constexpr double kMaxSceneLength = 1e6;  // largest coordinate or toleran
 
 /// How a tree is built. Absent values come from the scene's defaults, then from those of `spheretree build`.
 struct TreeSettings {
-  std::optional<std::string> builder;  // a name of `spheretree build --builder`
-  std::optional<bool> search;          // whether the cover search distributes the balls of a published builder
+  std::optional<std::string> builder;      // a name of `spheretree build --builder`
+  std::optional<bool> search;              // whether the cover search distributes the balls of a published builder
   std::optional<std::string> medial_axis;  // adaptive, static
-  std::optional<std::string> quality;  // quick, standard, best
-  std::optional<std::string> repair;   // auto, off, wrap
-  std::optional<int> levels;           // 2 .. 6
-  std::optional<int> branching;        // 2 .. 8
-  std::optional<double> tolerance_mm;  // > 0; absent: all leaves that levels and branching allow
+  std::optional<std::string> quality;      // quick, standard, best
+  std::optional<std::string> repair;       // auto, off, wrap
+  std::optional<int> levels;               // 2 .. 6
+  std::optional<int> branching;            // 2 .. 8
+  std::optional<double> tolerance_mm;      // > 0; absent: all leaves that levels and branching allow
   std::optional<std::uint64_t> seed;
   std::optional<double> skin_mm;           // of the skin: its tolerance, > 0; 0: no skin, "off" in the file
   std::optional<double> crease_angle_deg;  // of the skin; 1 .. 180

@@ -22,10 +22,10 @@ inline constexpr double kSkinTolerance = 2e-3;  // default tolerance of the skin
 struct BuildSettings {
   BuilderKind builder = BuilderKind::Cover;
   std::vector<BuilderKind> combine;  // the builders that Combined chooses from
-  bool search = false;  // the cover search distributes the balls of a published builder; builder Cover always searches
+  bool search = false;               // the cover search distributes the balls of a published builder; builder Cover always searches
   MedialAxis medial_axis = MedialAxis::Adaptive;  // of Merge, Burst, Expand and Combined; Hubbard's is static
-  int levels = 4;                    // range [2, 6]; the root is level 0
-  int branching = 8;                 // range [2, 8]
+  int levels = 4;                                 // range [2, 6]; the root is level 0
+  int branching = 8;                              // range [2, 8]
   Quality quality = Quality::Standard;
   int max_leaves = 0;       // 1 .. 32768: at most this number of leaves; 0: branching^(levels - 1). Builders that search only
   double tolerance_mm = 0;  // > 0: the smallest number of spheres whose leaf overhang stays within this; 0: all spheres
