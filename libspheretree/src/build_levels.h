@@ -24,8 +24,8 @@ class LevelBuilder {
   LevelBuilder(const TriangleMesh& mesh, const DistanceField& field) : mesh_(mesh), field_(field), cover_(mesh, field) {}
 
   /// The levels for the settings; lengths in the units of the mesh. If the settings search, a call continues the
-  /// previous one (cover/build_cover.h); a search for a published builder starts from the tree of the first call. The same sequence of
-  /// calls gives the same balls for any number of threads.
+  /// previous one (cover/build_cover.h); a search for a published builder starts from the tree of the first call. The
+  /// same sequence of calls gives the same balls for any number of threads.
   /// @throws BuildError, Cancelled; std::invalid_argument for a member of Combined that cannot be combined.
   LevelBalls build(const BuildSettings& settings, Progress& progress);
 

@@ -5,11 +5,11 @@
 toolkit_comparison.py JUDGE SPHERETREE TOOLKIT_FOLDER WORK_FOLDER [--builders merge,...] [--meshes tooth,...]
                       [--quality standard] [--medial-axis adaptive] [--search] [--json FILE]
 
-TOOLKIT_FOLDER holds NAME.obj and results.csv, the figures of the Sphere-Tree Construction Toolkit. Its trees cover sample
-points, so ours are measured like them: the worst overhang of the leaves before certification. The certified tree is
-measured as well: it may leave no surface open. Fails if more than a sixth of the trees are not within 0.5 to 1.1 times
-the overhang of the authors' program, apart from those of EXPLAINED, or if the order of the methods (Kendall's tau of the
-geometric means) agrees by less than 0.8. With --search, the trees after the cover search, which have no such peer.
+TOOLKIT_FOLDER holds NAME.obj and results.csv, the figures of the Sphere-Tree Construction Toolkit. Its trees cover
+sample points, so ours are measured like them: the worst overhang of the leaves before certification. The certified tree
+is measured as well: it may leave no surface open. Fails if more than a sixth of the trees are not within 0.5 to 1.1
+times the overhang of the authors' program, apart from those of EXPLAINED, or if the order of the methods (Kendall's tau
+of the geometric means) agrees by less than 0.8. With --search, the trees after the cover search, which have no peer.
 Exit 77: no judge or no meshes. All rows take about two minutes of one core.
 """
 import argparse

@@ -71,6 +71,27 @@ case_compare_spheres() {
   [ ! -e work/p/compare.json ] || fail "a refused comparison left a result"
 }
 
+# Other programs in the chart of speed: a list with their times.
+case_compare_against() {
+  write_torus a.obj 12
+  expect 0 build a.obj -o other.stree --builder octree --levels 2 -q
+  expect 0 convert other.stree other.sph -q
+  printf 'name,mesh,seconds,file\ntheirs,a,74.4,other.sph\nothers,a,0.5,other.stree\n' >list.csv
+  expect 0 compare a.obj -o work/a --builders octree,octree+search --qualities quick --levels 2 --against list.csv
+  says '^a,theirs,,,74.4,' work/a/compare.csv
+  says '^a,octree+search,quick,' work/a/compare.csv
+  says 'theirs: 74.4 s' work/a/a.svg
+  says '<rect class="c' work/a/a.svg
+  expect 0 report work/a -o work/again.html
+  cmp -s work/a/index.html work/again.html || fail "the page that report makes again is another one"
+  printf 'name,mesh,seconds,file\ntheirs,b,74.4,other.sph\n' >list.csv
+  expect 4 compare a.obj -o work/b --builders octree --levels 2 --against list.csv
+  says 'list.csv, line 2: column 2 (mesh) is "b": not the name of a mesh' err
+  printf 'name,mesh,file\n' >list.csv
+  expect 4 compare a.obj -o work/b --builders octree --levels 2 --against list.csv
+  says 'name,mesh,seconds,file' err
+}
+
 # An interrupted run continues where it was, and changed inputs are run again.
 case_compare_goes_on() {
   write_torus a.obj 12

@@ -103,7 +103,7 @@ Comparison fullComparison() {
   out.seed = 18446744073709551615u;
   out.meshes = {{"tooth", "/a/tooth.obj", 10, 100, 12.5, 30.25, 7.125, 512, {0.1, 0.09, false}}};
   pipeline::Run run{.mesh = "tooth",
-                    .method = {builder::BuilderKind::Merge, builder::Quality::Best},
+                    .method = {{builder::BuilderKind::Merge, true}, builder::Quality::Best},
                     .error = {},
                     .tree = "trees/t.stree",
                     .seconds = 1.5,

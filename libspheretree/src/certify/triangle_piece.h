@@ -51,8 +51,8 @@ inline std::array<Piece, 2> halvesOf(const Piece& piece, std::size_t k) {
   return halves;
 }
 
-/// Upper bound of the rounding error of a split point or a distance [mm]: a split is at most 100 deep, and each midpoint
-/// is off by half a unit in the last place.
+/// Upper bound of the rounding error of a split point or a distance [mm]: a split is at most 100 deep, and each
+/// midpoint is off by half a unit in the last place.
 inline double roundingMargin(const TriangleMesh& mesh, const Eigen::Vector3d& origin) {
   double largest = origin.cwiseAbs().maxCoeff();
   for (const Eigen::Vector3d& p : mesh.positions) largest = std::max(largest, p.cwiseAbs().maxCoeff());

@@ -25,9 +25,9 @@ std::vector<MedialCluster> startClusters(const Region& region);
 using MergeRule = FittedBall (*)(const Region& region, const MedialCluster& a, const MedialCluster& b,
                                  std::vector<Eigen::Vector3d>& united);
 
-/// Merges neighbours among `clusters` (below 24 clusters any two) until at most `region.max_balls` clusters remain, and further as long
-/// as the merged ball has an overhang of at most `region.target_overhang`. The merge with the smallest overhang comes
-/// first; ties go to the lower clusters.
+/// Merges neighbours among `clusters` (below 24 clusters any two) until at most `region.max_balls` clusters remain, and
+/// further as long as the merged ball has an overhang of at most `region.target_overhang`. The merge with the smallest
+/// overhang comes first; ties go to the lower clusters.
 std::vector<FittedBall> mergeClusters(const Region& region, std::vector<MedialCluster> clusters, MergeRule rule);
 
 }  // namespace spheretree::builder

@@ -23,7 +23,7 @@ struct Heir {
   double distance, gap;  // of the point from the centre, and how far the ball would have to stand off to contain it [mm]
 };
 
-// What a burst does: the new owner of each point of the ball, the new radii of the balls that take points, and the cost.
+// What a burst does: the new owner of each point of the ball, the new radii of those that take points, and the cost.
 struct Burst {
   std::vector<std::uint32_t> heir;  // (points of the ball) index in `takers`
   struct Taker {

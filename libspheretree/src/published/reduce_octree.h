@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Halves a cube round the mesh repeatedly; the ball of each cell that holds surface is the one round the cell ("octree").
+// Halves a cube round the mesh repeatedly; each cell that holds surface gets the ball round the cell ("octree").
 // Paper: the baseline of P. M. Hubbard, ACM Trans. Graphics 15(3), 1996, and of G. Bradshaw's thesis, Trinity College
 //         Dublin, 2002. Differences: docs/algorithms/published/reduce_octree.md
 // Units: mm, frame of the mesh. Deterministic.

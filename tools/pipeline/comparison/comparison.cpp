@@ -98,7 +98,7 @@ std::vector<OtherFigures> measureOthers(const ComparedMesh& compared, const buil
   for (const OtherSpheres& other : compared.others) {
     builder::Evaluation evaluation = builder::evaluateTree(
         compared.mesh, other.level, {.limits = false, .seed = build.seed, .threads = build.threads}, progress, compared.to_cover);
-    out.push_back({other.name, other.file, other.format, std::move(evaluation.levels.back())});
+    out.push_back({other.name, other.file, other.format, std::move(evaluation.levels.back()), other.seconds});
   }
   return out;
 }
@@ -311,7 +311,7 @@ std::string comparisonCsv(const Comparison& comparison) {
                    "," + Json(run.processor_seconds).dump(),
                level);
   for (const MeshFigures& mesh : comparison.meshes)
-    for (const OtherFigures& other : mesh.others) addLevel(mesh.name + "," + other.name + ",,,", other.level);
+    for (const OtherFigures& other : mesh.others) addLevel(mesh.name + "," + other.name + ",,," + (other.seconds > 0 ? Json(other.seconds).dump() : ""), other.level);
   return out;
 }
 

@@ -25,6 +25,7 @@ struct OtherSpheres {
   std::filesystem::path file;  // absolute
   std::string format;          // "cuRobo", "foam", ...
   SphereTree level;            // all spheres, as the only level of a tree
+  double seconds = 0;          // of processor time that the program took; 0: unknown
 };
 
 /// A mesh to compare on.

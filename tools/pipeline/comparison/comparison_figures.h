@@ -25,12 +25,13 @@ struct Method {
 /// For example "cover.standard".
 std::string idOf(const Method& method);
 
-/// Other spheres with the measures that every level of a tree gets; the time of their computation is unknown.
+/// Other spheres with the measures that every level of a tree gets.
 struct OtherFigures {
   std::string name;
   std::filesystem::path file;
   std::string format;
   builder::LevelEvaluation level;
+  double seconds = 0;  // of processor time; 0: unknown
 };
 
 struct MeshFigures {

@@ -46,7 +46,7 @@ Json toJson(const MeanFigures& mean) {
 Json toJson(const MeshFigures& mesh) {
   Json others = Json::array();
   for (const OtherFigures& other : mesh.others)
-    others.push_back({{"name", other.name}, {"file", other.file.string()}, {"format", other.format}, {"level", levelJson(other.level)}});
+    others.push_back({{"name", other.name}, {"file", other.file.string()}, {"format", other.format}, {"processor_seconds", other.seconds}, {"level", levelJson(other.level)}});
   return {{"name", mesh.name},
           {"file", mesh.file.string()},
           {"triangles", mesh.triangles},
@@ -76,7 +76,7 @@ MeshFigures meshFiguresFromJson(const Json& json) {
   mesh.limits = {limit.at("h_fin").get<double>(), limit.at("h_low").get<double>(), limit.at("h_low_in_range").get<bool>()};
   for (const Json& other : json.value("other_spheres", Json::array()))
     mesh.others.push_back({other.at("name").get<std::string>(), other.at("file").get<std::string>(), other.at("format").get<std::string>(),
-                           levelFromJson(other.at("level"))});
+                           levelFromJson(other.at("level")), other.value("processor_seconds", 0.0)});
   return mesh;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // spheretree compare: every builder and quality on every mesh, speed against accuracy.
+#include <algorithm>
 #include <cctype>
 #include <cstdio>
 #include <memory>
@@ -7,6 +8,7 @@
 
 #include "commands/command.h"
 #include "commands/common_options.h"
+#include "input/tree_input.h"
 #include "page/chart.h"
 #include "page/comparison_page.h"
 #include "pipeline/builder_names.h"
@@ -14,6 +16,7 @@
 #include "pipeline/sound_mesh.h"
 #include "robot/sphere_file.h"
 #include "run_files.h"
+#include "spheretree/formats/csv_table.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
@@ -34,6 +37,7 @@ struct CompareOptions {
   std::vector<fs::path> meshes;
   std::vector<std::string> builders = pipeline::namesOf(pipeline::kNamedBuilders), qualities = pipeline::namesOf(pipeline::kQualities);
   std::vector<fs::path> spheres;  // of other programs
+  fs::path against;               // a list of such files with their times
   std::string unit, spheres_unit = "m";
   pipeline::ComparisonSettings settings;
 };
@@ -63,6 +67,41 @@ std::vector<ComparedMesh> readMeshes(const CompareOptions& options, bool quiet, 
         {nameOf(file, taken), fs::absolute(file).lexically_normal(), read.unit_mm, std::move(mesh.mesh), std::move(mesh.to_cover)});
   }
   return out;
+}
+
+/// Adds the rows of a list of other programs' spheres: columns name, mesh, seconds, file; the file is relative to the
+/// list, and the mesh is the name of its file without the ending.
+void addAgainst(const CompareOptions& options, std::vector<ComparedMesh>& meshes) {
+  if (options.against.empty()) return;
+  const std::vector<std::byte> bytes = formats::readFile(options.against, formats::kMaxFileBytes);
+  formats::CsvTable table({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, options.against.string());
+  constexpr const char* kAdvice = "The first line has to be name,mesh,seconds,file";
+  const std::size_t name = table.require("name", kAdvice), mesh = table.require("mesh", kAdvice), seconds = table.require("seconds", kAdvice),
+                    file = table.require("file", kAdvice);
+  while (table.next()) {
+    const auto compared = std::ranges::find_if(meshes, [&](const ComparedMesh& m) { return m.file.stem() == table.field(mesh); });
+    if (compared == meshes.end()) table.failField(mesh, "not the name of a mesh of this comparison, without the ending");
+    const double time = table.number(seconds);
+    if (!(time > 0)) table.failField(seconds, "not a time above 0");
+    const fs::path path = fs::absolute(options.against).parent_path() / table.field(file);
+    pipeline::OtherSpheres other{std::string(table.field(name)), path.lexically_normal(), "", {}, time};
+    if (endingOf(path) == ".sph" || endingOf(path) == ".stree") {
+      const SphereTree tree = readTree(path);
+      robot::SphereSet set;
+      for (const std::uint32_t node : levelSet(tree, tree.levelCount() - 1)) {
+        const Sphere& s = tree.cover[node];
+        set.balls.push_back({Eigen::Vector3d(s.x, s.y, s.z) + Eigen::Vector3d(tree.origin_mm.data()), double{s.radius}});
+      }
+      other.level = robot::levelOf(set);
+      other.format = endingOf(path).substr(1);
+    } else {
+      const robot::SphereFile read = robot::readSphereFile(path, formats::unitInMm(options.spheres_unit));
+      if (read.sets.size() != 1) table.failField(file, "a file of " + counted(read.sets.size(), "link") + "; it must have one");
+      other.level = robot::levelOf(read.sets[0]);
+      other.format = read.format;
+    }
+    compared->others.push_back(std::move(other));
+  }
 }
 
 /// Assigns other programs' spheres to their meshes: those of the link that has the name of the mesh's file, or, if
@@ -110,10 +149,12 @@ int compare(CompareOptions options, bool quiet, builder::Progress& progress) {
   const RunFiles files;
   for (const fs::path& mesh : options.meshes) files.willRead(mesh);
   for (const fs::path& spheres : options.spheres) files.willRead(spheres);
+  files.willRead(options.against);
   files.makeFolder(folder);
   formats::checkWritable(folder / "compare.json");  // before the meshes are read, which may take long
   std::vector<ComparedMesh> meshes = readMeshes(options, quiet, progress);
   addSpheres(options, meshes, quiet);
+  addAgainst(options, meshes);
   declareOutputs(options, meshes, files);
   std::vector<pipeline::NamedBuilder> builders;
   std::vector<builder::Quality> qualities;
@@ -175,6 +216,10 @@ void addCompareCommand(Program& program) {
                   "Also show the spheres of other programs in the charts: files of cuRobo, foam, ballpark, MorphIt, XRDF, SRDF, URDF or "
                   "MJCF; if a file has several links, the link that is named like the mesh file is used")
       ->type_name("FILE...");
+  app->add_option("--against", options->against,
+                  "List of other programs' spheres with their times, for the chart of speed: CSV with the columns name, mesh (its file "
+                  "without the ending), seconds and file (.sph, .stree, or as for --spheres)")
+      ->type_name("FILE");
   app->add_option("--spheres-unit", options->spheres_unit, "Unit of the numbers in these files: mm, cm, m or in; default m")
       ->type_name("UNIT")
       ->check(CLI::IsMember({"mm", "cm", "m", "in"}));

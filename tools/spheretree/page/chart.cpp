@@ -59,6 +59,20 @@ struct Axis {
   }
 };
 
+Axis linearAxis(double smallest, double largest, double place0, double place1, int about) {
+  if (!(largest > smallest)) largest = smallest + std::max(1.0, std::abs(smallest));
+  const double raw = (largest - smallest) / about, power = std::pow(10.0, std::floor(std::log10(raw)));
+  double step = power;
+  for (const double digit : {1.0, 2.0, 5.0, 10.0})
+    if (digit * power >= raw * 0.999) {
+      step = digit * power;
+      break;
+    }
+  Axis axis{smallest, largest, place0, place1, false, {}};
+  for (double k = std::ceil(smallest / step - 1e-9); k * step <= largest + 1e-9 * step; ++k) axis.ticks.push_back(k == 0 ? 0 : k * step);
+  return axis;
+}
+
 Axis logAxis(double smallest, double largest, double place0, double place1) {
   Axis axis{smallest / 1.25, largest * 1.25, place0, place1, true, {}};
   if (axis.to / axis.from < 2) {  // a smaller range would magnify noise
@@ -75,20 +89,8 @@ Axis logAxis(double smallest, double largest, double place0, double place1) {
       const double value = digit * std::pow(10.0, power);
       if (value >= axis.from && value <= axis.to) axis.ticks.push_back(value);
     }
-  return axis;
-}
-
-Axis linearAxis(double smallest, double largest, double place0, double place1, int about) {
-  if (!(largest > smallest)) largest = smallest + std::max(1.0, std::abs(smallest));
-  const double raw = (largest - smallest) / about, power = std::pow(10.0, std::floor(std::log10(raw)));
-  double step = power;
-  for (const double digit : {1.0, 2.0, 5.0, 10.0})
-    if (digit * power >= raw * 0.999) {
-      step = digit * power;
-      break;
-    }
-  Axis axis{smallest, largest, place0, place1, false, {}};
-  for (double k = std::ceil(smallest / step - 1e-9); k * step <= largest + 1e-9 * step; ++k) axis.ticks.push_back(k == 0 ? 0 : k * step);
+  // A value cannot be read beside fewer than three ticks.
+  for (int about = 4; axis.ticks.size() < 3; ++about) axis.ticks = linearAxis(axis.from, axis.to, place0, place1, about).ticks;
   return axis;
 }
 
@@ -237,7 +239,10 @@ std::string dotSvg(const ScatterLayout& layout, std::size_t i) {
   std::string out;
   const std::string dot = " cx=\"" + px(cx) + "\" cy=\"" + px(cy) + "\" r=\"";
   if (p.chosen) out += "<circle class=\"cq\"" + dot + px(radius + 4) + "\"/>\n";
-  return out + "<circle class=\"" + css + "\"" + dot + px(radius) + "\"><title>" + escaped(p.title) + "</title></circle>\n";
+  const std::string title = "<title>" + escaped(p.title) + "</title>";
+  if (!p.square) return out + "<circle class=\"" + css + "\"" + dot + px(radius) + "\">" + title + "</circle>\n";
+  return out + "<rect class=\"" + css + "\" x=\"" + px(cx - radius) + "\" y=\"" + px(cy - radius) + "\" width=\"" + px(2 * radius) +
+         "\" height=\"" + px(2 * radius) + "\">" + title + "</rect>\n";
 }
 
 /// The names of the series, each beside its last point, where it hides neither dots nor the name of the limit.

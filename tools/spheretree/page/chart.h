@@ -24,6 +24,7 @@ struct ChartPoint {
   std::string title;    // tooltip of the dot
   int size = 1;         // 0 small, 1 medium, 2 large
   bool chosen = false;  // drawn with a ring
+  bool square = false;  // a square instead of a disc, for a second family of points
 };
 
 struct ScatterChart {

@@ -47,6 +47,7 @@ ChartPoint pointOf(const Method& method, const LeafFigures& figures, const Measu
   p.series = name(method.builder);
   p.title = label(method) + ": " + shortNumber(p.x) + " s, " + shortNumber(p.y) + " %";
   p.size = static_cast<int>(method.quality);
+  p.square = method.builder.search || method.builder.kind == builder::BuilderKind::Cover;
   return p;
 }
 
@@ -99,6 +100,17 @@ std::vector<std::string> meshCharts(const Comparison& comparison, const MeshFigu
     ScatterChart chart{measure.title, kSeconds, measure.axis, {}, {}};
     for (const Run& run : comparison.runs)
       if (run.mesh == mesh.name && run.isBuilt()) chart.points.push_back(pointOf(run.method, leafFigures(comparison, run), measure));
+    for (const pipeline::OtherFigures& other : mesh.others) {
+      if (!(other.seconds > 0)) continue;
+      const LeafFigures figures{other.seconds, other.seconds, 100 * other.level.overhang.max / mesh.diagonal_mm,
+                                100 * other.level.overhang.p99 / mesh.diagonal_mm, 100 * other.level.excess_volume_fraction};
+      ChartPoint p;
+      p.x = other.seconds;
+      p.y = figures.*measure.field;
+      p.series = other.name;
+      p.title = other.name + ": " + shortNumber(p.x) + " s, " + shortNumber(p.y) + " %";
+      chart.points.push_back(p);
+    }
     if (&measure == kMeasures.data() && mesh.limits.h_low_in_range)
       chart.limit = {mesh.limits.h_low / mesh.diagonal_mm * 100, "h_low: about the smallest possible"};
     charts.push_back(scatterSvg(chart));
@@ -175,7 +187,8 @@ std::string runsTable(const Comparison& comparison, const MeshFigures& mesh) {
   }
   const double percent = 100 / mesh.diagonal_mm;
   for (const pipeline::OtherFigures& other : mesh.others)
-    table.rows.push_back({escaped(other.name) + " <span class=\"note\">" + escaped(other.format) + "</span>", "\u2013",
+    table.rows.push_back({escaped(other.name) + " <span class=\"note\">" + escaped(other.format) + "</span>",
+                          other.seconds > 0 ? shortNumber(other.seconds) : "\u2013",
                           std::to_string(other.level.spheres), shortNumber(other.level.overhang.max * percent),
                           shortNumber(other.level.overhang.p99 * percent), shortNumber(100 * other.level.coverage.uncovered_fraction),
                           shortNumber(100 * other.level.excess_volume_fraction)});
@@ -287,7 +300,7 @@ std::string assemble(const Comparison& comparison, const fs::path& folder, const
   page.addSection(
       "means", "Speed against accuracy",
       "<p>Lower left is better. The line is the Pareto front: no other dot is both faster and tighter than one on it. Small, medium and "
-      "large dots: quick, standard, best.</p><div class=\"charts\">" +
+      "large: quick, standard, best. Discs: published methods and other programs; squares: with the cover search.</p><div class=\"charts\">" +
           joined(meanCharts(comparison.means)) + "</div>\n" + meansTable(comparison.means));
   std::string missing, by_mesh;
   std::size_t left_out = 0;
@@ -335,7 +348,8 @@ std::string assemble(const Comparison& comparison, const fs::path& folder, const
 }  // namespace
 
 void writeComparisonCharts(const Comparison& comparison, const fs::path& folder) {
-  const std::string means = "Geometric means over " + std::to_string(comparison.meshes.size()) + " meshes";
+  const std::size_t count = comparison.meshes.size();
+  const std::string means = count == 1 ? comparison.meshes[0].name : "Geometric means over " + std::to_string(count) + " meshes";
   formats::writeWhole(folder / "comparison.svg", svgFile(means, meanCharts(comparison.means)));
   for (const MeshFigures& mesh : comparison.meshes)
     formats::writeWhole(folder / (mesh.name + ".svg"), svgFile(mesh.name, meshCharts(comparison, mesh)));
