@@ -52,7 +52,7 @@ TEST_F(RobotModel, MessagesNameFileLineLinkAndShape) {
 TEST_F(RobotModel, WhatIsNoXmlIsSaidInPlainWords) {
   EXPECT_TRUE(has(refusal("solid box\nfacet normal 0 0 0\n"), "is not a URDF, which is XML"));
   EXPECT_TRUE(has(refusal(""), "the file is empty"));
-  EXPECT_TRUE(has(refusal("<robot name=\"r\">\n<link name=\"a\">\n</robot>"), "a.urdf:3: is not well-formed XML: an element is not closed"));
+  EXPECT_TRUE(has(refusal("<robot name=\"r\">\n<link name=\"a\">\n</robot>"), "a.urdf:2: is not well-formed XML: an element is not closed"));
   EXPECT_TRUE(has(refusal("<robot name=r/>"), "an attribute is not written as name=\"value\""));
   for (const char* text : {"<", "<!--", "<robot", "<?xml?>", "<robot><![CDATA[", "\xff\xfe<"}) {
     const std::string message = refusal(text);
@@ -109,7 +109,7 @@ TEST_F(RobotModel, ARobotWithoutANameHasThatOfItsFile) {
 TEST_F(RobotModel, NumbersAsPeopleWriteThem) {
   const Robot robot = read(armUrdf(test::collision("<box size=\" +1 .5\t1e-400 \"/>")));
   EXPECT_EQ(std::get<Box>(robot.links[1].collisions[0].shape).size, Eigen::Vector3d(1000, 500, 0));
-  for (const char* wrong : {"1 1", "1 1 1 1", "1,1,1", "1 1 nan", "1 1 inf", "1 1 1e400", "1 1 +-1", "1 1 0x1", "1 1 1f", ""})
+  for (const char* wrong : {"1 1", "1 1 1 1", "1,1,1", "1 1 nan", "1 1 inf", "1 1 1e400", "1 1 +-1", "1 1 0x1", "1 1 1f", "", " "})
     EXPECT_FALSE(refusal(armUrdf(test::collision(std::string("<box size=\"") + wrong + "\"/>"))).empty()) << wrong;
 }
 

@@ -47,7 +47,7 @@ inline std::string armUrdf(const std::string& tool, const std::string& joint = "
 /// <collision> with this shape.
 inline std::string collision(const std::string& shape) { return "<collision><geometry>" + shape + "</geometry></collision>"; }
 
-/// One ball about each shape, in place of a cover that takes time.
+/// Two balls about each shape, in place of a cover that takes time.
 inline robot::RobotCover roughCover(const std::vector<robot::ShapedElement>& shapes) {
   robot::RobotCover cover;
   for (const robot::ShapedElement& element : shapes) {
@@ -61,7 +61,7 @@ inline robot::RobotCover roughCover(const std::vector<robot::ShapedElement>& sha
     for (const Eigen::Vector3d& p : element.shape.mesh.positions) box.extend(p);
     if (const auto& capsule = element.shape.capsule) box.extend(capsule->a).extend(capsule->b);
     const double radius = box.diagonal().norm() / 2 + (element.shape.capsule ? element.shape.capsule->radius : 0);
-    cover.links.back().levels[0].push_back(robot::metreSphere({box.center(), radius}));
+    for (const double factor : {1.0, 1.5}) cover.links.back().levels[0].push_back(robot::metreSphere({box.center(), factor * radius}));
   }
   return cover;
 }

@@ -41,7 +41,9 @@ class MjcfWriter {
     tinyxml2::XMLDocument document;
     XmlElement& root = addElement(document, "mujoco");
     setText(root, "model", c_.robot.name);
-    setText(addElement(root, "compiler"), "angle", "radian");
+    XmlElement& compiler = addElement(root, "compiler");
+    setText(compiler, "angle", "radian");
+    setText(compiler, "inertiafromgeom", "false");  // MuJoCo refuses bodies whose geoms, several of them, have no mass
     addBody(addElement(root, "worldbody"), c_.robot.root);
     if (!c_.pairs.empty()) {
       XmlElement& contact = addElement(root, "contact");

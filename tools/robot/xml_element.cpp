@@ -113,8 +113,8 @@ std::string requiredText(const std::filesystem::path& path, const XmlElement& el
 
 std::vector<double> numbers(const std::filesystem::path& path, const XmlElement& element, const char* attribute, std::size_t count) {
   const char* text = element.Attribute(attribute);
-  if (!text) return {};
-  const auto values = numbersIn(text);
+  const auto values = numbersIn(text ? text : "");
+  if (values && values->empty()) return {};
   if (!values || values->size() != count)
     refuse(path, element,
            std::string(attribute) + "=\"" + text + "\" should be " + std::to_string(count) + " finite number" + (count == 1 ? "." : "s.") +
@@ -128,8 +128,9 @@ std::optional<double> optionalNumber(const std::filesystem::path& path, const Xm
 }
 
 double requiredNumber(const std::filesystem::path& path, const XmlElement& element, const char* attribute) {
-  (void)requiredText(path, element, attribute);
-  return *optionalNumber(path, element, attribute);
+  const std::optional<double> value = optionalNumber(path, element, attribute);
+  if (!value) refuse(path, element, std::string("needs the attribute ") + attribute + ".");
+  return *value;
 }
 
 Eigen::Isometry3d originOf(const std::filesystem::path& path, const XmlElement& parent) {

@@ -37,11 +37,14 @@ std::string placeOf(const std::filesystem::path& path, const XmlElement& element
 /// @throws formats::FormatError if it is missing or empty.
 std::string requiredText(const std::filesystem::path& path, const XmlElement& element, const char* attribute);
 
-/// A finite number; one that is too small for a double is 0. Empty if the attribute is missing. @throws formats::FormatError for anything else.
+/// A finite number; one that is too small for a double is 0. Empty if the attribute is missing or blank.
+/// @throws formats::FormatError for anything else.
 std::optional<double> optionalNumber(const std::filesystem::path& path, const XmlElement& element, const char* attribute);
+/// @throws formats::FormatError if it is missing or blank, too.
 double requiredNumber(const std::filesystem::path& path, const XmlElement& element, const char* attribute);
 
-/// `count` finite numbers separated by blanks; empty if the attribute is missing. @throws formats::FormatError
+/// `count` finite numbers separated by blanks; empty if the attribute is missing or blank.
+/// @throws formats::FormatError for anything else.
 std::vector<double> numbers(const std::filesystem::path& path, const XmlElement& element, const char* attribute, std::size_t count);
 
 /// <origin xyz="" rpy=""> of `parent`, [m] to [mm]; the identity if it has none. rpy: rotations about fixed x, y, z.
