@@ -43,7 +43,8 @@ TEST(CapsuleRow, CoversTheCapsuleAndReachesOutByTheBound) {
       ASSERT_EQ(row.balls.size(), count);
       for (int sample = 0; sample < 200; ++sample) EXPECT_LE(gap(surfacePoint(capsule, random), row.balls), 0);
       for (const LinkBall& ball : row.balls)
-        EXPECT_LE(distanceFromSegment(ball.centre, capsule) + ball.radius - capsule.radius, row.overhang + 1e-12 * (capsule.radius + capsule.b.norm()));
+        EXPECT_LE(distanceFromSegment(ball.centre, capsule) + ball.radius - capsule.radius,
+                  row.overhang + 1e-12 * (capsule.radius + capsule.b.norm()));
     }
   }
 }

@@ -23,7 +23,9 @@ class MeshSearchTest : public testing::Test {
     unsetenv("AMENT_PREFIX_PATH");
   }
   fs::path file(const std::string& name, const std::string& text = "") { return test::written(folder_.path() / name, text); }
-  static std::string packageXml(const std::string& name) { return "<?xml version=\"1.0\"?>\n<package><name>\n " + name + "\n</name></package>"; }
+  static std::string packageXml(const std::string& name) {
+    return "<?xml version=\"1.0\"?>\n<package><name>\n " + name + "\n</name></package>";
+  }
   fs::path urdf() const { return folder_.path() / "ws/robot/urdf/arm.urdf"; }
 
   /// The path of the file that is found, relative to the scratch folder; "" if none is.
@@ -31,7 +33,9 @@ class MeshSearchTest : public testing::Test {
     const PackagePaths packages = packagePaths(words);
     MeshSearch search(urdf(), packages);
     std::string found;
-    refusal_ = test::refusalOf<formats::FileError>([&] { found = fs::canonical(search.find(name, "arm.urdf:7: <mesh> of link tool")).lexically_relative(fs::canonical(folder_.path())); });
+    refusal_ = test::refusalOf<formats::FileError>([&] {
+      found = fs::canonical(search.find(name, "arm.urdf:7: <mesh> of link tool")).lexically_relative(fs::canonical(folder_.path()));
+    });
     notes_ = search.notes();
     return found;
   }

@@ -82,15 +82,17 @@ TEST_F(MjcfFile, ATensorThatNoSolidBodyHasIsRaisedToAPossibleOne) {
     double xx, yy, zz, xy;
     Eigen::Vector3d moments;  // expected, decreasing; 0: any
   };
-  for (const Case& c : {Case{0, 0, 0, 0, {0, 0, 0}}, Case{-1, -1, -1, 0, {0, 0, 0}}, Case{0, 0, 1, 0, {1, 0.5, 0.5}}, Case{-1, 2, 3, 0, {3, 2, 1}},
-                        Case{1, 1, 3, 0, {3, 1.5, 1.5}}, Case{0, 1, 1, 0, {1, 1, 1e-6}}, Case{1, 1, 1, 5, {6, 3, 3}}, Case{1e-20, 1e-20, 1e-20, 0, {0, 0, 0}}}) {
+  for (const Case& c : {Case{0, 0, 0, 0, {0, 0, 0}}, Case{-1, -1, -1, 0, {0, 0, 0}}, Case{0, 0, 1, 0, {1, 0.5, 0.5}},
+                        Case{-1, 2, 3, 0, {3, 2, 1}}, Case{1, 1, 3, 0, {3, 1.5, 1.5}}, Case{0, 1, 1, 0, {1, 1, 1e-6}},
+                        Case{1, 1, 1, 5, {6, 3, 3}}, Case{1e-20, 1e-20, 1e-20, 0, {0, 0, 0}}}) {
     for (const char* kind : {"continuous", "fixed", "floating", "planar", "prismatic"}) {
       const Model model = load(armUrdf(kBox + inertial("2", c.xx, c.yy, c.zz, c.xy), "<limit upper=\"1\"/>", kind));
       ASSERT_TRUE(model);
       EXPECT_TRUE(has(notes(), "a.urdf:3: link tool has an inertia tensor that no solid body has")) << c.xx << notes();
       for (int i = 0; i < 3; ++i) {
         EXPECT_GT(model->body_inertia[6 + i], 0);
-        if (c.moments[i] > 0) EXPECT_NEAR(model->body_inertia[6 + i], c.moments[i], 1e-6 * c.moments[0]) << c.xx << " " << c.yy << " " << c.zz;
+        if (c.moments[i] > 0)
+          EXPECT_NEAR(model->body_inertia[6 + i], c.moments[i], 1e-6 * c.moments[0]) << c.xx << " " << c.yy << " " << c.zz;
       }
     }
   }
@@ -108,13 +110,15 @@ TEST_F(MjcfFile, AnyTensorLoads) {
 }
 
 TEST_F(MjcfFile, NamesThatMuJoCoUsesItselfAreChanged) {
-  const Model world = load(test::replaced(test::replaced(armUrdf(kBox), "link name=\"base\"", "link name=\"world\""), "parent link=\"base\"", "parent link=\"world\""));
+  const Model world = load(test::replaced(test::replaced(armUrdf(kBox), "link name=\"base\"", "link name=\"world\""),
+                                          "parent link=\"base\"", "parent link=\"world\""));
   ASSERT_TRUE(world);
   EXPECT_STREQ(mj_id2name(world.get(), mjOBJ_BODY, 1), "world_");
   EXPECT_TRUE(has(notes(), "a.urdf:2: link world is called world_ in the MJCF")) << notes();
   // The joint k_x beside the x of the planar joint k.
-  const std::string joint = "<joint name=\"k_x\" type=\"planar\"><parent link=\"tool\"/><child link=\"end\"/></joint><link name=\"end\"/>"
-                            "<joint name=\"k\" type=\"planar\"><parent link=\"tool\"/><child link=\"last\"/></joint><link name=\"last\"/></robot>";
+  const std::string joint =
+      "<joint name=\"k_x\" type=\"planar\"><parent link=\"tool\"/><child link=\"end\"/></joint><link name=\"end\"/>"
+      "<joint name=\"k\" type=\"planar\"><parent link=\"tool\"/><child link=\"last\"/></joint><link name=\"last\"/></robot>";
   EXPECT_TRUE(load(test::replaced(armUrdf(kBox), "</robot>", joint)));
 }
 

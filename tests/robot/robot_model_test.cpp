@@ -40,11 +40,14 @@ TEST_F(RobotModel, AJointIsReadOnlyForWhatItsTypeHas) {
 }
 
 TEST_F(RobotModel, MessagesNameFileLineLinkAndShape) {
-  EXPECT_TRUE(has(refusal(armUrdf(test::collision("<sphere radius=\"-1\"/>"))), "a.urdf:3: <sphere> of link tool: radius must not be negative."));
+  EXPECT_TRUE(
+      has(refusal(armUrdf(test::collision("<sphere radius=\"-1\"/>"))), "a.urdf:3: <sphere> of link tool: radius must not be negative."));
   EXPECT_TRUE(has(refusal(armUrdf(test::collision("<cone/>"))), "a.urdf:3: <cone> of link tool: is not a supported shape"));
   EXPECT_TRUE(has(refusal(armUrdf(test::collision("<box size=\"${w} 1 1\"/>"))), "xacro"));
-  EXPECT_TRUE(has(refusal("<robot name=\"r\">\n<link name=\"a\"/>\n<link name=\"b\"/>\n</robot>"), "a.urdf:3: link b: neither this link nor the link a"));
-  EXPECT_TRUE(has(refusal(test::replaced(armUrdf(""), "</robot>", "<joint name=\"k\" type=\"fixed\"><parent link=\"base\"/><child link=\"tool\"/></joint></robot>")),
+  EXPECT_TRUE(has(refusal("<robot name=\"r\">\n<link name=\"a\"/>\n<link name=\"b\"/>\n</robot>"),
+                  "a.urdf:3: link b: neither this link nor the link a"));
+  EXPECT_TRUE(has(refusal(test::replaced(armUrdf(""), "</robot>",
+                                         "<joint name=\"k\" type=\"fixed\"><parent link=\"base\"/><child link=\"tool\"/></joint></robot>")),
                   "a.urdf:5: joint k (link tool): the link tool already hangs on the joint j."));
   EXPECT_TRUE(has(refusal(test::replaced(armUrdf(""), "link=\"base\"/>", "link=\"tool\"/>")), "run in a circle"));
 }
@@ -52,7 +55,8 @@ TEST_F(RobotModel, MessagesNameFileLineLinkAndShape) {
 TEST_F(RobotModel, WhatIsNoXmlIsSaidInPlainWords) {
   EXPECT_TRUE(has(refusal("solid box\nfacet normal 0 0 0\n"), "is not a URDF, which is XML"));
   EXPECT_TRUE(has(refusal(""), "the file is empty"));
-  EXPECT_TRUE(has(refusal("<robot name=\"r\">\n<link name=\"a\">\n</robot>"), "a.urdf:2: is not well-formed XML: an element is not closed"));
+  EXPECT_TRUE(
+      has(refusal("<robot name=\"r\">\n<link name=\"a\">\n</robot>"), "a.urdf:2: is not well-formed XML: an element is not closed"));
   EXPECT_TRUE(has(refusal("<robot name=r/>"), "an attribute is not written as name=\"value\""));
   for (const char* text : {"<", "<!--", "<robot", "<?xml?>", "<robot><![CDATA[", "\xff\xfe<"}) {
     const std::string message = refusal(text);
@@ -75,12 +79,16 @@ TEST_F(RobotModel, UnusualLimitsAreNoted) {
 std::string chainUrdf(const std::string& second, const std::string& third) {
   return "<robot name=\"r\"><link name=\"a\"/><link name=\"b\"/><link name=\"c\"/><link name=\"d\"/>"
          "<joint name=\"j0\" type=\"continuous\"><parent link=\"a\"/><child link=\"b\"/></joint>"
-         "<joint name=\"j1\" type=\"prismatic\"><parent link=\"b\"/><child link=\"c\"/><limit upper=\"1\"/>" + second + "</joint>"
-         "<joint name=\"j2\" type=\"continuous\"><parent link=\"c\"/><child link=\"d\"/>" + third + "</joint></robot>";
+         "<joint name=\"j1\" type=\"prismatic\"><parent link=\"b\"/><child link=\"c\"/><limit upper=\"1\"/>" +
+         second +
+         "</joint>"
+         "<joint name=\"j2\" type=\"continuous\"><parent link=\"c\"/><child link=\"d\"/>" +
+         third + "</joint></robot>";
 }
 
 TEST_F(RobotModel, MimicsOfMimicsFollowTheLastJoint) {
-  const Robot robot = read(chainUrdf("<mimic joint=\"j0\" multiplier=\"2\" offset=\"0.5\"/>", "<mimic joint=\"j1\" multiplier=\"3\" offset=\"0.25\"/>"));
+  const Robot robot =
+      read(chainUrdf("<mimic joint=\"j0\" multiplier=\"2\" offset=\"0.5\"/>", "<mimic joint=\"j1\" multiplier=\"3\" offset=\"0.25\"/>"));
   EXPECT_TRUE(robot.notes.empty());
   ASSERT_TRUE(robot.joints[1].mimic && robot.joints[2].mimic);
   EXPECT_EQ(robot.joints[1].mimic->joint, 0u);

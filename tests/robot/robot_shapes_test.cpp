@@ -28,7 +28,8 @@ class RobotShapes : public testing::Test {
                   "<library_visual_scenes><visual_scene id=\"s\"><node id=\"n\"/></visual_scene></library_visual_scenes>"
                   "<scene><instance_visual_scene url=\"#s\"/></scene></COLLADA>");
   }
-  std::vector<ShapedElement> read(const std::string& text, const std::vector<std::string>& unit_words = {}, ShapeSource source = ShapeSource::Collision) {
+  std::vector<ShapedElement> read(const std::string& text, const std::vector<std::string>& unit_words = {},
+                                  ShapeSource source = ShapeSource::Collision) {
     std::vector<LinkUnit> units;
     for (const std::string& word : unit_words) units.push_back(linkUnit(word).value());
     robot_ = readUrdf(test::written(folder_.path() / "a.urdf", text), {}, source);
@@ -46,10 +47,11 @@ class RobotShapes : public testing::Test {
 };
 
 TEST_F(RobotShapes, PlaceholdersAreLeftOutWithANote) {
-  for (const char* shape : {"<box size=\"0 0 0\"/>", "<box size=\"0 1 0\"/>", "<sphere radius=\"0\"/>", "<cylinder radius=\"0\" length=\"0\"/>",
-                            "<cylinder radius=\"0\" length=\"1\"/>", "<capsule radius=\"0\" length=\"1\"/>", "<mesh filename=\"\"/>",
-                            "<mesh filename=\"empty.stl\"/>", "<mesh filename=\"empty.obj\"/>", "<mesh filename=\"empty.dae\"/>",
-                            "<mesh filename=\"box.stl\" scale=\"0 0 0\"/>", "<mesh filename=\"box.stl\" scale=\"0 1 0\"/>", ""}) {
+  for (const char* shape :
+       {"<box size=\"0 0 0\"/>", "<box size=\"0 1 0\"/>", "<sphere radius=\"0\"/>", "<cylinder radius=\"0\" length=\"0\"/>",
+        "<cylinder radius=\"0\" length=\"1\"/>", "<capsule radius=\"0\" length=\"1\"/>", "<mesh filename=\"\"/>",
+        "<mesh filename=\"empty.stl\"/>", "<mesh filename=\"empty.obj\"/>", "<mesh filename=\"empty.dae\"/>",
+        "<mesh filename=\"box.stl\" scale=\"0 0 0\"/>", "<mesh filename=\"box.stl\" scale=\"0 1 0\"/>", ""}) {
     EXPECT_EQ(read(armUrdf("\n" + collision(shape))).size(), 1u) << shape;
     EXPECT_TRUE(robot_.links[1].collisions.empty());
     EXPECT_TRUE(has(notes(), "a.urdf:4: ") && has(notes(), "> of link tool: ") && has(notes(), "It is left out.")) << shape << notes();
@@ -65,7 +67,8 @@ TEST_F(RobotShapes, PlaceholdersAreLeftOutWithANote) {
 
 TEST_F(RobotShapes, AMeshThatIsRefusedIsNamedWithItsLink) {
   test::written(folder_.path() / "bad.obj", "f 1 2 3\n");
-  const std::string message = test::refusalOf<formats::FormatError>([&] { (void)read(armUrdf("\n" + collision("<mesh filename=\"bad.obj\"/>"))); });
+  const std::string message =
+      test::refusalOf<formats::FormatError>([&] { (void)read(armUrdf("\n" + collision("<mesh filename=\"bad.obj\"/>"))); });
   EXPECT_TRUE(has(message, "a.urdf:4: <mesh> of link tool: ") && has(message, "bad.obj: line 1")) << message;
 }
 
@@ -116,7 +119,9 @@ TEST_F(RobotShapes, UnitsThatFitNoLinkAreRefused) {
 }
 
 TEST_F(RobotShapes, ACapsuleHasItsCylinderOfThatLength) {
-  const auto elements = read(armUrdf("<collision><origin xyz=\"1 0 0\" rpy=\"0 1.5707963267948966 0\"/><geometry><capsule radius=\"0.03\" length=\"0.12\"/></geometry></collision>"));
+  const auto elements =
+      read(armUrdf("<collision><origin xyz=\"1 0 0\" rpy=\"0 1.5707963267948966 0\"/><geometry><capsule radius=\"0.03\" "
+                   "length=\"0.12\"/></geometry></collision>"));
   const LinkCapsule capsule = elements.at(1).shape.capsule.value();
   EXPECT_NEAR((capsule.a - Eigen::Vector3d(940, 0, 0)).norm(), 0, 1e-9);
   EXPECT_NEAR((capsule.b - Eigen::Vector3d(1060, 0, 0)).norm(), 0, 1e-9);
@@ -124,8 +129,7 @@ TEST_F(RobotShapes, ACapsuleHasItsCylinderOfThatLength) {
   // Its triangles are closed and lie on it.
   const TriangleMesh mesh = capsuleMesh(capsule);
   double volume = 0;
-  for (const Triangle& t : mesh.triangles)
-    volume += mesh.positions[t[0]].dot(mesh.positions[t[1]].cross(mesh.positions[t[2]])) / 6;
+  for (const Triangle& t : mesh.triangles) volume += mesh.positions[t[0]].dot(mesh.positions[t[1]].cross(mesh.positions[t[2]])) / 6;
   EXPECT_NEAR(volume / (M_PI * 900 * 120 + 4.0 / 3 * M_PI * 27000), 1, 0.005);
 }
 

@@ -36,11 +36,16 @@ inline std::string boxStl(double size) {
 }
 
 /// <robot> with a link "base" (a box) and a link "tool" with this content, that hang on the joint "j".
-inline std::string armUrdf(const std::string& tool, const std::string& joint = "<axis xyz=\"0 0 1\"/>", const std::string& kind = "continuous") {
+inline std::string armUrdf(const std::string& tool, const std::string& joint = "<axis xyz=\"0 0 1\"/>",
+                           const std::string& kind = "continuous") {
   return "<robot name=\"arm\">\n"
          "<link name=\"base\"><collision><geometry><box size=\"0.1 0.08 0.06\"/></geometry></collision></link>\n"
-         "<link name=\"tool\">" + tool + "</link>\n"
-         "<joint name=\"j\" type=\"" + kind + "\"><parent link=\"base\"/><child link=\"tool\"/>" + joint + "</joint>\n"
+         "<link name=\"tool\">" +
+         tool +
+         "</link>\n"
+         "<joint name=\"j\" type=\"" +
+         kind + "\"><parent link=\"base\"/><child link=\"tool\"/>" + joint +
+         "</joint>\n"
          "</robot>\n";
 }
 

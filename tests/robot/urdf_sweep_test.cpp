@@ -32,7 +32,8 @@ class UrdfGenerator {
     std::string out = "<?xml version=\"1.0\"?>\n<robot" + name("r", "") + ">\n";
     for (std::uint64_t l = 0; l < links; ++l) out += link(l);
     for (std::uint64_t l = 1; l < links; ++l) out += joint(l);
-    if (random_.below(4) == 0) out += "<transmission name=\"t\"><joint name=\"none\"/></transmission>\n<gazebo reference=\"l0\"><x/></gazebo>\n<sensor/>\n";
+    if (random_.below(4) == 0)
+      out += "<transmission name=\"t\"><joint name=\"none\"/></transmission>\n<gazebo reference=\"l0\"><x/></gazebo>\n<sensor/>\n";
     return out + "</robot>\n";
   }
 
@@ -103,7 +104,8 @@ class UrdfGenerator {
       case 2:
         return element("sphere", plain("radius", 0.01, 1));
       case 3:
-        return element("mesh", (isUnusual() ? oneOf({"", " filename=\"\"", " filename=\"none.stl\"", " filename=\"empty.stl\""}) : " filename=\"box.stl\"") +
+        return element("mesh", (isUnusual() ? oneOf({"", " filename=\"\"", " filename=\"none.stl\"", " filename=\"empty.stl\""})
+                                            : " filename=\"box.stl\"") +
                                    (random_.below(2) == 0 ? plain("scale", 0.1, 2, 3) : ""));
       case 4:
         return element("capsule", plain("radius", 0.01, 1) + plain("length", 0.01, 1));
@@ -115,22 +117,26 @@ class UrdfGenerator {
   std::string link(std::uint64_t l) {
     std::string content;
     if (random_.below(2) == 0)
-      content += element("inertial", "", origin() + element("mass", plain("value", 0.1, 5)) +
-                                             element("inertia", plain("ixx", 0.5, 1) + plain("iyy", 0.5, 1) + plain("izz", 0.5, 1) + plain("ixy", -0.1, 0.1) +
-                                                                    plain("ixz", -0.1, 0.1) + plain("iyz", -0.1, 0.1)));
+      content += element("inertial", "",
+                         origin() + element("mass", plain("value", 0.1, 5)) +
+                             element("inertia", plain("ixx", 0.5, 1) + plain("iyy", 0.5, 1) + plain("izz", 0.5, 1) +
+                                                    plain("ixy", -0.1, 0.1) + plain("ixz", -0.1, 0.1) + plain("iyz", -0.1, 0.1)));
     if (random_.below(4) == 0) content += shapes("visual");
     for (std::uint64_t n = random_.below(3); n > 0; --n) content += shapes("collision");
     return "<link" + name("l" + std::to_string(l), "") + ">\n" + content + "</link>\n";
   }
   std::string joint(std::uint64_t l) {
-    const std::string kind = isUnusual() ? oneOf({"", " type=\"\"", " type=\"hinge\""})
-                                         : " type=\"" + oneOf({"fixed", "revolute", "continuous", "prismatic", "floating", "planar"}) + "\"";
+    const std::string kind = isUnusual()
+                                 ? oneOf({"", " type=\"\"", " type=\"hinge\""})
+                                 : " type=\"" + oneOf({"fixed", "revolute", "continuous", "prismatic", "floating", "planar"}) + "\"";
     const std::uint64_t parent = isUnusual() ? random_.below(5) : random_.below(l);
-    std::string content = element("parent", " link=\"l" + std::to_string(parent) + "\"") + element("child", " link=\"l" + std::to_string(l) + "\"") + origin();
+    std::string content = element("parent", " link=\"l" + std::to_string(parent) + "\"") +
+                          element("child", " link=\"l" + std::to_string(l) + "\"") + origin();
     if (random_.below(3) > 0) content += element("axis", plain("xyz", -1, 1, 3));
     content += element("limit", plain("lower", -2, 0) + plain("upper", 0, 2) + plain("effort", 1, 10) + plain("velocity", 1, 10));
     if (random_.below(4) == 0)
-      content += element("mimic", (isUnusual() ? "" : " joint=\"j" + std::to_string(1 + random_.below(4)) + "\"") + plain("multiplier", -2, 2) + plain("offset", -1, 1));
+      content += element("mimic", (isUnusual() ? "" : " joint=\"j" + std::to_string(1 + random_.below(4)) + "\"") +
+                                      plain("multiplier", -2, 2) + plain("offset", -1, 1));
     if (random_.below(4) == 0) content += element("dynamics", plain("damping", 0, 1) + plain("friction", 0, 1));
     if (random_.below(6) == 0) content += element("safety_controller", plain("k_velocity", 0, 1) + plain("k_position", 0, 1));
     return "<joint" + name("j" + std::to_string(l), "") + kind + ">\n" + content + "</joint>\n";
@@ -157,7 +163,8 @@ std::vector<double> sizesOf(const CollisionElement& element) {
   if (const auto* box = std::get_if<Box>(&element.shape)) return {box->size.x(), box->size.y(), box->size.z()};
   if (const auto* cylinder = std::get_if<Cylinder>(&element.shape)) return {cylinder->radius, cylinder->length};
   if (const auto* ball = std::get_if<Capsule>(&element.shape)) return {ball->radius};
-  if (const auto* mesh = std::get_if<MeshFile>(&element.shape)) return {1000 * mesh->scale.x(), 1000 * mesh->scale.y(), 1000 * mesh->scale.z()};
+  if (const auto* mesh = std::get_if<MeshFile>(&element.shape))
+    return {1000 * mesh->scale.x(), 1000 * mesh->scale.y(), 1000 * mesh->scale.z()};
   return {};
 }
 
@@ -225,8 +232,8 @@ const std::regex kUnusual(
     "needs the attribute joint\\.|"
     "the mesh [^\n]*/none\\.stl does not exist\\.)[^\n]*$");
 
-/// Counts the errors of urdfdom. After an error in a link it goes on with the rest of the robot, and without the rest of
-/// the link.
+/// Counts the errors of urdfdom. After an error in a link it goes on with the rest of the robot, and without the rest
+/// of the link.
 class ErrorCounter : public console_bridge::OutputHandler {
  public:
   void log(const std::string&, console_bridge::LogLevel level, const char*, int) override {

@@ -39,7 +39,8 @@ bool mend(BodyInertia& body, const Eigen::AlignedBox3d& box) {
   }
   const double b = std::max(moments[1], c / 2), a = std::max({moments[0], c - b, kLeastShare * c, kLeastMoment});
   if (a - moments[0] <= kRounding * c && b - moments[1] <= kRounding * c && moments[0] >= kLeastMoment) return false;
-  body.tensor = solver.eigenvectors() * Eigen::Vector3d(a + kRounding * c, b + kRounding * c, c).asDiagonal() * solver.eigenvectors().transpose();
+  body.tensor =
+      solver.eigenvectors() * Eigen::Vector3d(a + kRounding * c, b + kRounding * c, c).asDiagonal() * solver.eigenvectors().transpose();
   return true;
 }
 

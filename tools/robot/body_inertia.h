@@ -21,8 +21,8 @@ struct BodyInertia {
 
 /// Empty for a link without a mass that does not need one, because no joint moves it.
 /// A moving link without a mass gets 1 g. A tensor whose moments a <= b <= c no solid body can have (0 < a, a + b >= c)
-/// keeps its axes and c, and b and a are raised as far as necessary; one without a positive moment becomes that of a box
-/// around the spheres.
+/// keeps its axes and c, and b and a are raised as far as necessary; one without a positive moment becomes that of a
+/// box around the spheres.
 std::optional<BodyInertia> bodyInertia(const Link& link, bool is_moved, std::span<const MetreSphere> spheres);
 
 }  // namespace spheretree::robot

@@ -89,7 +89,8 @@ class Chain {
   std::optional<Variable> variableOf(std::size_t j) const {
     const Joint& joint = robot_.joints[j];
     if (joint.kind == JointKind::Fixed) return std::nullopt;
-    return Variable{index_.at(joint.mimic ? joint.mimic->joint : j), joint.mimic ? joint.mimic->factor : 1, joint.mimic ? joint.mimic->offset : 0};
+    return Variable{index_.at(joint.mimic ? joint.mimic->joint : j), joint.mimic ? joint.mimic->factor : 1,
+                    joint.mimic ? joint.mimic->offset : 0};
   }
 
   static double position(const Variable& v, const std::vector<double>& at) { return v.factor * at[v.index] + v.offset; }

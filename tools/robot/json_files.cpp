@@ -118,8 +118,8 @@ RobotFiles robotFiles(const CoveredRobot& c, const std::filesystem::path& folder
     throw formats::FormatError(formats::shownName(c.merge) + ": has another structure than XRDF and the configuration of cuRobo (line " +
                                std::to_string(error.mark.line + 1) + "). Compare it with a file that this program writes without --merge.");
   }
-  for (std::string& content :
-       std::vector{sphereUrdf(c, folder), srdf(c, out.notes), vampJson(c, name + ".urdf", name + ".srdf"), ballparkJson(c), mjcf(c, out.notes)})
+  for (std::string& content : std::vector{sphereUrdf(c, folder), srdf(c, out.notes), vampJson(c, name + ".urdf", name + ".srdf"),
+                                          ballparkJson(c), mjcf(c, out.notes)})
     out.contents.push_back(std::move(content));
   for (const LinkCover& link : c.cover.links) {
     out.contents.push_back(foamJson(link));

@@ -28,8 +28,8 @@ class MeshSearch {
 
   /// `name` is `package://NAME/REST`, `model://NAME/REST`, `file://PATH` or a path relative to the URDF; `\` stands for
   /// `/`, and %20 for a blank, where only that names a file. A folder is the package NAME if it or its package.xml has
-  /// this name. If no folder is, REST is searched in the folders above the URDF, likewise a path that is not relative to
-  /// the URDF; a note then says which folder was taken.
+  /// this name. If no folder is, REST is searched in the folders above the URDF, likewise a path that is not relative
+  /// to the URDF; a note then says which folder was taken.
   /// @throws formats::FileError, beginning with `place`
   std::filesystem::path find(const std::string& name, const std::string& place);
 

@@ -32,7 +32,8 @@ class MjcfWriter {
       if (link.name != "world") bodies.insert(link.name);
     for (const Link& link : c_.robot.links) {
       body_names_.push_back(link.name == "world" ? unused("world", bodies) : link.name);
-      if (link.name == "world") notes_.push_back(link.place + " is called " + body_names_.back() + " in the MJCF, where world is the fixed frame.");
+      if (link.name == "world")
+        notes_.push_back(link.place + " is called " + body_names_.back() + " in the MJCF, where world is the fixed frame.");
     }
     for (const Joint& joint : c_.robot.joints) joint_names_.insert(joint.name);
   }

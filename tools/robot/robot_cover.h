@@ -67,8 +67,8 @@ struct RobotCover {
 std::size_t usualBudget(const Robot& robot);
 
 /// `shapes`: those of the robot, by readShapes(). Same arguments (except `threads`): same spheres.
-/// @throws tool::UsageError, before any work, for settings that do not fit the robot (a budget below one sphere for each
-/// element, a pattern or a clip that matches no link with collision elements, a clip that removes a link);
+/// @throws tool::UsageError, before any work, for settings that do not fit the robot (a budget below one sphere for
+/// each element, a pattern or a clip that matches no link with collision elements, a clip that removes a link);
 /// builder::BuildError, with the link, for a mesh that is refused; builder::Cancelled.
 RobotCover coverRobot(const Robot& robot, std::vector<ShapedElement> shapes, const CoverSettings& settings, builder::Progress& progress);
 

@@ -22,15 +22,12 @@ double lengthOf(const fs::path& path, const XmlElement& element, const char* att
   return kMmPerMetre * value;
 }
 
-bool hasPosition(JointKind kind) {
-  return kind == JointKind::Revolute || kind == JointKind::Continuous || kind == JointKind::Prismatic;
-}
+bool hasPosition(JointKind kind) { return kind == JointKind::Revolute || kind == JointKind::Continuous || kind == JointKind::Prismatic; }
 
 /// Reads one URDF.
 class Reader {
  public:
-  Reader(const fs::path& path, const PackagePaths& packages, ShapeSource source)
-      : path_(path), meshes_(path, packages), source_(source) {}
+  Reader(const fs::path& path, const PackagePaths& packages, ShapeSource source) : path_(path), meshes_(path, packages), source_(source) {}
 
   Robot read() {
     tinyxml2::XMLDocument document;
@@ -196,13 +193,16 @@ class Reader {
     for (std::size_t j = 0; j < robot_.joints.size(); ++j) {
       const Joint& joint = robot_.joints[j];
       auto& parent = robot_.parent_joint[joint.child];
-      if (parent) refuseTree(joint.place, "the link " + robot_.links[joint.child].name + " already hangs on the joint " + robot_.joints[*parent].name + ".");
+      if (parent)
+        refuseTree(joint.place,
+                   "the link " + robot_.links[joint.child].name + " already hangs on the joint " + robot_.joints[*parent].name + ".");
       parent = j;
     }
     std::vector<std::size_t> roots;
     for (std::size_t l = 0; l < robot_.links.size(); ++l)
       if (!robot_.parent_joint[l]) roots.push_back(l);
-    if (roots.size() > 1) refuseTree(robot_.links[roots[1]].place, "neither this link nor the link " + robot_.links[roots[0]].name + " has a parent.");
+    if (roots.size() > 1)
+      refuseTree(robot_.links[roots[1]].place, "neither this link nor the link " + robot_.links[roots[0]].name + " has a parent.");
     robot_.root = roots.empty() ? robot_.links.size() : roots[0];
     for (const Link& link : robot_.links) {  // checks that every link is a descendant of the root
       std::size_t at = index_.at(link.name), steps = 0;

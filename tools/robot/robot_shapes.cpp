@@ -15,10 +15,10 @@
 namespace spheretree::robot {
 namespace {
 
-constexpr double kLargestLink = 5000;     // beyond it, a link is doubted [mm]
-constexpr double kLargestRatio = 1000;    // of a link and its largest neighbour; beyond it, the link is doubted
-constexpr double kUsualLink = 300;        // size of a link whose neighbours are doubtful, too [mm]
-constexpr double kLikelyRatio = 10;       // of a link in another unit and what is usual; below it, the unit is proposed
+constexpr double kLargestLink = 5000;   // beyond it, a link is doubted [mm]
+constexpr double kLargestRatio = 1000;  // of a link and its largest neighbour; beyond it, the link is doubted
+constexpr double kUsualLink = 300;      // size of a link whose neighbours are doubtful, too [mm]
+constexpr double kLikelyRatio = 10;     // of a link in another unit and what is usual; below it, the unit is proposed
 constexpr std::pair<const char*, double> kUnits[] = {{"mm", 1}, {"cm", 10}, {"m", 1000}, {"in", 25.4}};
 
 std::string metres(double mm) {
@@ -61,7 +61,11 @@ class ShapeReader {
       LinkShape shape = shapeIn(element, l);
       if (!shape.hasSurface()) return true;
       const auto* file = std::get_if<MeshFile>(&element.shape);
-      out_.push_back({l, !element.name.empty() ? element.name : file ? file->path.filename().string() : "", element.place, std::move(shape)});
+      out_.push_back({l,
+                      !element.name.empty() ? element.name
+                      : file                ? file->path.filename().string()
+                                            : "",
+                      element.place, std::move(shape)});
       return false;
     });
     if (all > 0 && link.collisions.empty()) robot_.notes.push_back(link.place + " is left without any shape, and has no spheres.");
@@ -91,7 +95,8 @@ class ShapeReader {
     const std::string wanted = robot_.source == ShapeSource::Visual ? "<visual>" : "<collision>";
     std::string why = robot_.path.string() + ": no link has a " + wanted + " with a surface, so that there is nothing to cover.";
     if (robot_.links_with_other_shapes > 0)
-      why += robot_.source == ShapeSource::Visual ? " Without --visual, the shapes of <collision> are taken." : " --visual takes the shapes of <visual>.";
+      why += robot_.source == ShapeSource::Visual ? " Without --visual, the shapes of <collision> are taken."
+                                                  : " --visual takes the shapes of <visual>.";
     throw formats::FormatError(why);
   }
 
@@ -131,7 +136,8 @@ class ShapeReader {
     for (const auto& [name, unit] : kUnits) {
       const double other = size * unit / unitOf(l);
       if (other < kLikelyRatio * usual && usual < kLikelyRatio * other)
-        proposals += (proposals.empty() ? "" : ", ") + std::string("--unit ") + robot_.links[l].name + "=" + name + " makes it " + metres(other);
+        proposals +=
+            (proposals.empty() ? "" : ", ") + std::string("--unit ") + robot_.links[l].name + "=" + name + " makes it " + metres(other);
     }
     const auto& elements = robot_.links[l].collisions;
     if (std::none_of(elements.begin(), elements.end(), [](const CollisionElement& e) { return std::holds_alternative<MeshFile>(e.shape); }))

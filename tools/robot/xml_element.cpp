@@ -68,14 +68,14 @@ const XmlElement& readXml(const std::filesystem::path& path, tinyxml2::XMLDocume
   const std::string_view all(text, bytes.size());
   const std::size_t first = all.find_first_not_of(all.starts_with("\xef\xbb\xbf") ? "\xef\xbb\xbf \t\r\n" : " \t\r\n");
   if (first == std::string_view::npos || all[first] != '<')
-    throw formats::FormatError(formats::shownName(path) + ": is not " + kind + ", which is XML: " +
-                               (first == std::string_view::npos ? "the file is empty." : "it does not begin with <."));
+    throw formats::FormatError(formats::shownName(path) + ": is not " + kind +
+                               ", which is XML: " + (first == std::string_view::npos ? "the file is empty." : "it does not begin with <."));
   const tinyxml2::XMLError error = document.Parse(text, bytes.size());
   const XmlElement* root = document.RootElement();
   if (error != tinyxml2::XML_SUCCESS || !root)
     throw formats::FormatError(formats::shownName(path) + ":" + std::to_string(std::max(1, document.ErrorLineNum())) +
-                               ": is not well-formed XML: " + (root || error != tinyxml2::XML_SUCCESS ? plainError(error) : "it has no element") +
-                               ". Export it again.");
+                               ": is not well-formed XML: " +
+                               (root || error != tinyxml2::XML_SUCCESS ? plainError(error) : "it has no element") + ". Export it again.");
   return *root;
 }
 

@@ -19,7 +19,7 @@ void moveMeshPaths(XmlElement& element, const std::filesystem::path& from, const
       std::string(element.Name()) == "mesh" || std::string(element.Name()) == "texture" ? element.Attribute("filename") : nullptr;
   if (name && *name && std::string(name).find("://") == std::string::npos && !std::filesystem::path(name).is_absolute())
     setText(element, "filename",
-        std::filesystem::proximate(std::filesystem::absolute(from / name).lexically_normal(), std::filesystem::absolute(to)).string());
+            std::filesystem::proximate(std::filesystem::absolute(from / name).lexically_normal(), std::filesystem::absolute(to)).string());
   for (XmlElement* child = element.FirstChildElement(); child; child = child->NextSiblingElement()) moveMeshPaths(*child, from, to);
 }
 

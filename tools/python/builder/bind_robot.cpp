@@ -79,8 +79,8 @@ std::unique_ptr<PythonRobot> coveredRobot(const fs::path& urdf, std::optional<do
   auto out = std::make_unique<PythonRobot>();
   runInterruptibly(progress, [&](builder::Progress& p) {
     p.stage("read");
-    out->robot = robot::readUrdf(urdf, robot::packagePaths(package_words),
-                                 visual ? robot::ShapeSource::Visual : robot::ShapeSource::Collision);
+    out->robot =
+        robot::readUrdf(urdf, robot::packagePaths(package_words), visual ? robot::ShapeSource::Visual : robot::ShapeSource::Collision);
     std::vector<robot::ShapedElement> shapes = robot::readShapes(out->robot, link_units, p);
     if (!tolerance && !budget) settings.budget = robot::usualBudget(out->robot);
     out->cover = robot::coverRobot(out->robot, std::move(shapes), settings, p);
@@ -169,9 +169,8 @@ srdf: an SRDF whose groups, states and pairs are copied. merge: an XRDF or confi
 Returns the names of the files, relative to the folder. Raises FileError, FormatError, UsageError.)");
   module.def("robot", &coveredRobot, py::arg("urdf"), py::kw_only(), py::arg("tolerance") = py::none(), py::arg("budget") = py::none(),
              py::arg("links") = std::map<std::string, std::size_t>(), py::arg("packages") = std::vector<fs::path>(),
-             py::arg("visual") = false, py::arg("units") = std::map<std::string, std::string>(),
-             py::arg("quality") = "standard", py::arg("repair") = "auto", py::arg("seed") = 1, py::arg("threads") = 0,
-             py::arg("progress") = py::none(),
+             py::arg("visual") = false, py::arg("units") = std::map<std::string, std::string>(), py::arg("quality") = "standard",
+             py::arg("repair") = "auto", py::arg("seed") = 1, py::arg("threads") = 0, py::arg("progress") = py::none(),
              R"(Covers the collision shapes of a URDF with spheres; the same as `spheretree robot`.
 
 urdf: path of a URDF with xacro expanded. tolerance [mm]: largest overhang, met with the fewest spheres; or budget: spheres

@@ -154,9 +154,10 @@ void addEvaluateCommand(Program& program) {
   addRobotInput(*app, options->robot);
   app->add_flag("--json", options->json, "Print JSON on stdout, schema spheretree.evaluation/1");
   app->add_flag("--no-limits", options->no_limits, "Do not compute h_fin and h_low, which take about a third of the time; default: off");
-  app->add_option("--unit", options->robot.units,
-                  "Unit of the numbers in the mesh file: mm, cm, m or in; default mm, and m for glTF and the meshes of a robot. For a robot "
-                  "also PATTERN=UNIT, several separated by commas, for the links whose name matches")
+  app->add_option(
+         "--unit", options->robot.units,
+         "Unit of the numbers in the mesh file: mm, cm, m or in; default mm, and m for glTF and the meshes of a robot. For a robot "
+         "also PATTERN=UNIT, several separated by commas, for the links whose name matches")
       ->type_name("UNIT")
       ->delimiter(',')
       ->allow_extra_args(false)

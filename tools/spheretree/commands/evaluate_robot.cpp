@@ -85,8 +85,7 @@ int evaluateRobot(const EvaluateRobotOptions& options, bool quiet, builder::Prog
     progress.stage(link.name);
     rows.push_back(evaluateLink(options, link, std::span(shapes).subspan(first, last - first), spheres, quiet, progress));
   }
-  if (rows.empty())
-    throw formats::FormatError(options.input.urdf.string() + ": has no link named " + options.link + " with a shape.");
+  if (rows.empty()) throw formats::FormatError(options.input.urdf.string() + ": has no link named " + options.link + " with a shape.");
   if (!options.json) {
     printRows(rows);
     return kExitOk;
