@@ -102,7 +102,9 @@ std::string placeOf(const std::filesystem::path& path, const XmlElement& element
 }
 
 void refuse(const std::filesystem::path& path, const XmlElement& element, const std::string& what) {
-  throw formats::FormatError(placeOf(path, element) + ": " + what);
+  std::string message = placeOf(path, element) + ": " + what;
+  std::replace(message.begin(), message.end(), '\n', ' ');  // of a value over several lines
+  throw formats::FormatError(message);
 }
 
 std::string requiredText(const std::filesystem::path& path, const XmlElement& element, const char* attribute) {
