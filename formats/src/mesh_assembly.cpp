@@ -171,11 +171,11 @@ void MeshAssembly::addPolygon(std::span<const std::uint32_t> corners) {
 
 MeshFile MeshAssembly::finish(std::string format) {
   if (triangles_.empty())
-    refuse("has no triangle" +
-           std::string(short_faces_         ? ", only faces of fewer than three corners"
-                       : positions_.empty() ? " and no vertex"
-                                            : ", only vertices, lines or points") +
-           ". A solid needs faces: export the surface as triangles.");
+    throw NoTriangleError(name_ + ": has no triangle" +
+                          std::string(short_faces_         ? ", only faces of fewer than three corners"
+                                      : positions_.empty() ? " and no vertex"
+                                                           : ", only vertices, lines or points") +
+                          ". A solid needs faces: export the surface as triangles.");
   MeshFile file;
   file.unit_mm = unit_mm_;
   file.format = std::move(format);

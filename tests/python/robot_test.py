@@ -149,9 +149,11 @@ def test_urdfdom_and_mujoco_read_them_to_the_last_bit(covered):
         assert {link: np.array(s).tolist() for link, s in spheres.items()} == {link: s.tolist() for link, s in expected.items()}, reader
     pairs = ElementTree.parse(out / f"{name}.srdf").getroot().findall("disable_collisions")
     assert list(map(int, last[:3])) == [len(joints), len(pairs), sum(j.find("mimic") is not None for j in joints)]
-    # The masses are those of the URDF; spheres add nothing, and links without an <inertial> have a gramme.
+    # The masses are those of the URDF; spheres add nothing, and links that move without an <inertial> have a gramme.
     masses = [float(m.get("value")) for m in root.iter("mass")]
-    assert float(last[3]) == pytest.approx(sum(masses) + 0.001 * (len(root.findall("link")) - len(masses)), abs=0.002)
+    moved = {j.find("child").get("link") for j in joints}
+    without = sum(l.get("name") in moved and l.find("inertial") is None for l in root.findall("link"))
+    assert float(last[3]) == pytest.approx(sum(masses) + 0.001 * without, rel=1e-9)
 
 
 def test_the_keys_are_those_that_programs_read(covered):
@@ -294,9 +296,10 @@ def test_evaluate_reads_every_format(covered, program):
     ("<sdf/>", 4, "URDF"),
     ('<robot name="r"/>', 4, "<link>"),
     ('<robot name="r"><link name="a"/><link name="a"/></robot>', 4, "two links"),
-    ('<robot name="r"><link name="a"/><link name="b"/></robot>', 4, "no parent"),
-    ('<robot name="r"><link name="a"/></robot>', 2, "collision"),
-    ('<robot name="r"><link name="a"><collision><geometry><sphere radius="-1"/></geometry></collision></link></robot>', 4, "above 0"),
+    ('<robot name="r"><link name="a"/><link name="b"/></robot>', 4, "neither this link nor the link a has a parent"),
+    ('<robot name="r"><link name="a"/></robot>', 4, "collision"),
+    ('<robot name="r"><link name="a"><collision><geometry><sphere radius="-1"/></geometry></collision></link></robot>', 4, "negative"),
+    ('<robot name="r"><link name="a"><visual><geometry><sphere radius="1"/></geometry></visual></link></robot>', 4, "--visual"),
     ('<robot name="r"><link name="a"><collision><geometry><box size="1 nan 1"/></geometry></collision></link></robot>', 4, "finite"),
     ('<robot name="r"><link name="a"><collision><geometry><mesh filename="none.stl"/></geometry></collision></link></robot>', 3, "none.stl"),
     ('<robot name="r"><link name="a"><collision><geometry><mesh filename="package://p/none.stl"/></geometry></collision></link></robot>', 3, "--package"),
@@ -318,8 +321,33 @@ def test_options_that_do_not_fit_are_refused(robots, program, tmp_path):
                         (["--clip", "base_link", "z", "100000"], "every sphere")]:
         refused = run(program, "robot", urdf, "-o", tmp_path / "out", "--quality", "quick", "-q", *words)
         assert refused.returncode == 2 and says in refused.stderr, (words, refused.stderr)
+    (tmp_path / "wrong.xrdf").write_text("format: xrdf\ncspace: 7\n")
+    for words, code, says in [(["--srdf", tmp_path / "none.srdf"], 3, "none.srdf"), (["--srdf", urdf], 4, "Is this a URDF?"), (["--merge", urdf], 4, "sample_arm6.urdf"),
+                              (["--merge", tmp_path / "wrong.xrdf"], 4, "wrong.xrdf"), (["--package", tmp_path / "nodir"], 3, "nodir"), (["--unit", "none=mm"], 2, "names no link")]:
+        # Within the time that reading takes: `best` would take minutes.
+        refused = subprocess.run([program, "robot", urdf, "-o", tmp_path / "out", "--quality", "best", "--budget", "4000", "-q", *words], capture_output=True, text=True, timeout=60)
+        assert refused.returncode == code and says in refused.stderr, (words, refused.stderr)
+        assert not any(path.is_file() for path in (tmp_path / "out").rglob("*"))
     refused = run(program, "robot", urdf, "-o", urdf.parent, "-q", "--budget", "20", "--quality", "quick")
     assert refused.returncode == 2 and "sample_arm6.urdf" in refused.stderr  # the output would replace the input
+
+
+def test_capsules_placeholders_and_visuals(program, tmp_path):
+    """The exact overhang of two spheres on a capsule; a link without a shape; the shapes of <visual>."""
+    shape = '<geometry><capsule radius="0.03" length="0.12"/></geometry>'
+    text = ('<robot name="r"><link name="a"><{0}>' + shape + '</{0}></link>\n<link name="b"><{0}><geometry><box size="0 0 0"/></geometry></{0}></link>'
+            '<joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>')
+    for element, options in [("collision", []), ("visual", ["--visual"])]:
+        (tmp_path / "r.urdf").write_text(text.format(element))
+        shown = run(program, "robot", tmp_path / "r.urdf", "-o", tmp_path / element, "--budget", "2", *options)
+        assert shown.returncode == 0, shown.stderr
+        assert "r.urdf:2: <box> of link b" in shown.stderr and "link b is left without any shape" in shown.stderr
+        spheres = curobo_spheres(tmp_path / element, "r")
+        assert list(spheres) == ["a"] and len(spheres["a"]) == 2
+        np.testing.assert_allclose(np.abs(spheres["a"]), [[0, 0, 0.04, 0.05]] * 2, rtol=1e-6)  # h = 20 mm
+        read_by("READ_BY_MUJOCO", tmp_path / element / "r.mjcf.xml")
+        shown = run(program, "evaluate", tmp_path / "r.urdf", tmp_path / element / "r.xrdf", "--json", "-q", *options)
+        assert json.loads(shown.stdout)["links"][0]["level"]["uncovered_fraction"] == 0
 
 
 def test_python_gives_the_spheres_of_the_program(covered, tmp_path):

@@ -22,11 +22,11 @@ Eigen::Affine3d frameOf(const aiMatrix4x4& m) {
   return frame;
 }
 
-void addMesh(const aiMesh& part, const Eigen::Affine3d& frame, TriangleMesh& mesh) {
+void addMesh(const aiMesh& part, const Eigen::Affine3d& frame, double unit_mm, TriangleMesh& mesh) {
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());
   for (unsigned v = 0; v < part.mNumVertices; ++v) {
     const aiVector3D& p = part.mVertices[v];
-    mesh.positions.push_back(1000 * (frame * Eigen::Vector3d(p.x, p.y, p.z)));
+    mesh.positions.push_back(unit_mm * (frame * Eigen::Vector3d(p.x, p.y, p.z)));
   }
   const bool is_mirrored = frame.linear().determinant() < 0;
   for (unsigned f = 0; f < part.mNumFaces; ++f) {
@@ -38,15 +38,15 @@ void addMesh(const aiMesh& part, const Eigen::Affine3d& frame, TriangleMesh& mes
   }
 }
 
-void addNode(const aiScene& scene, const aiNode& node, const Eigen::Affine3d& above, TriangleMesh& mesh) {
+void addNode(const aiScene& scene, const aiNode& node, const Eigen::Affine3d& above, double unit_mm, TriangleMesh& mesh) {
   const Eigen::Affine3d frame = above * frameOf(node.mTransformation);
-  for (unsigned i = 0; i < node.mNumMeshes; ++i) addMesh(*scene.mMeshes[node.mMeshes[i]], frame, mesh);
-  for (unsigned i = 0; i < node.mNumChildren; ++i) addNode(scene, *node.mChildren[i], frame, mesh);
+  for (unsigned i = 0; i < node.mNumMeshes; ++i) addMesh(*scene.mMeshes[node.mMeshes[i]], frame, unit_mm, mesh);
+  for (unsigned i = 0; i < node.mNumChildren; ++i) addNode(scene, *node.mChildren[i], frame, unit_mm, mesh);
 }
 
 }  // namespace
 
-TriangleMesh readDae(const std::filesystem::path& path) {
+TriangleMesh readDae(const std::filesystem::path& path, double unit_mm) {
   const std::vector<std::byte> bytes = formats::readFile(path);
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
@@ -55,11 +55,11 @@ TriangleMesh readDae(const std::filesystem::path& path) {
     throw formats::FormatError(path.string() + ": is not a Collada file that can be read (" + importer.GetErrorString() +
                                "). Export it again, or as STL.");
   TriangleMesh mesh;
-  addNode(*scene, *scene->mRootNode, Eigen::Affine3d::Identity(), mesh);
+  addNode(*scene, *scene->mRootNode, Eigen::Affine3d::Identity(), unit_mm, mesh);
   for (std::size_t v = 0; v < mesh.positions.size(); ++v)
     if (!mesh.positions[v].allFinite())
       throw formats::FormatError(path.string() + ": vertex " + std::to_string(v) + " is not finite. Export it again.");
-  if (mesh.triangles.empty()) throw formats::FormatError(path.string() + ": has no triangle. A solid needs faces.");
+  if (mesh.triangles.empty()) throw formats::NoTriangleError(path.string() + ": has no triangle. A solid needs faces.");
   weldEqualVertices(mesh);
   return mesh;
 }

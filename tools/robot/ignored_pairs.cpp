@@ -69,21 +69,12 @@ class Chain {
     return joints;
   }
 
-  std::size_t masterOf(std::size_t j) const {
-    const Joint& joint = robot_.joints[j];
-    if (!joint.mimic) return j;
-    const auto of =
-        std::find_if(robot_.joints.begin(), robot_.joints.end(), [&](const Joint& other) { return other.name == joint.mimic->joint; });
-    return static_cast<std::size_t>(of - robot_.joints.begin());
-  }
-
   void addVariable(std::size_t j) {
     const Joint& joint = robot_.joints[j];
     if (joint.kind == JointKind::Fixed) return;
-    const std::size_t master = masterOf(j);
+    const std::size_t master = joint.mimic ? joint.mimic->joint : j;
     const Joint& leading = robot_.joints[master];
-    is_bounded_ = is_bounded_ && joint.kind != JointKind::Floating && joint.kind != JointKind::Planar &&
-                  leading.kind != JointKind::Floating && leading.kind != JointKind::Planar && leading.kind != JointKind::Fixed;
+    is_bounded_ = is_bounded_ && joint.kind != JointKind::Floating && joint.kind != JointKind::Planar;
     if (index_.contains(master)) return;
     index_.emplace(master, low_.size());
     const bool turns = leading.kind == JointKind::Continuous;
@@ -92,13 +83,14 @@ class Chain {
     // A continuous joint that others follow with another factor does not return to the same configuration after a full
     // turn.
     for (const Joint& other : robot_.joints)
-      if (turns && other.mimic && other.mimic->joint == leading.name) is_bounded_ = false;
+      if (turns && other.mimic && other.mimic->joint == master) is_bounded_ = false;
   }
 
   std::optional<Variable> variableOf(std::size_t j) const {
     const Joint& joint = robot_.joints[j];
     if (joint.kind == JointKind::Fixed) return std::nullopt;
-    return Variable{index_.at(masterOf(j)), joint.mimic ? joint.mimic->factor : 1, joint.mimic ? joint.mimic->offset : 0};
+    return Variable{index_.at(joint.mimic ? joint.mimic->joint : j), joint.mimic ? joint.mimic->factor : 1,
+                    joint.mimic ? joint.mimic->offset : 0};
   }
 
   static double position(const Variable& v, const std::vector<double>& at) { return v.factor * at[v.index] + v.offset; }

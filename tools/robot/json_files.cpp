@@ -8,6 +8,7 @@
 #include "robot/robot_files.h"
 #include "robot/yaml_text.h"
 
+#include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 
 namespace spheretree::robot {
@@ -108,13 +109,21 @@ std::vector<std::filesystem::path> robotFileNames(const Robot& robot) {
   return out;
 }
 
-std::vector<std::string> robotFiles(const CoveredRobot& c, const std::filesystem::path& folder) {
+RobotFiles robotFiles(const CoveredRobot& c, const std::filesystem::path& folder) {
   const std::string name = fileName(c.robot.name);
-  std::vector<std::string> out{curoboYaml(c),   xrdf(c), sphereUrdf(c, folder), srdf(c), vampJson(c, name + ".urdf", name + ".srdf"),
-                               ballparkJson(c), mjcf(c)};
+  RobotFiles out;
+  try {
+    out.contents = {curoboYaml(c), xrdf(c)};
+  } catch (const YAML::Exception& error) {  // a list where a map should be, and the like
+    throw formats::FormatError(formats::shownName(c.merge) + ": has another structure than XRDF and the configuration of cuRobo (line " +
+                               std::to_string(error.mark.line + 1) + "). Compare it with a file that this program writes without --merge.");
+  }
+  for (std::string& content : std::vector{sphereUrdf(c, folder), srdf(c, out.notes), vampJson(c, name + ".urdf", name + ".srdf"),
+                                          ballparkJson(c), mjcf(c, out.notes)})
+    out.contents.push_back(std::move(content));
   for (const LinkCover& link : c.cover.links) {
-    out.push_back(foamJson(link));
-    out.push_back(morphitJson(c.robot, link));
+    out.contents.push_back(foamJson(link));
+    out.contents.push_back(morphitJson(c.robot, link));
   }
   return out;
 }
@@ -125,7 +134,7 @@ void makeRobotFolders(const std::filesystem::path& folder, const tool::RunFiles&
 
 std::vector<std::filesystem::path> writeRobotFiles(const CoveredRobot& covered, const std::filesystem::path& folder) {
   const std::vector<std::filesystem::path> names = robotFileNames(covered.robot);
-  const std::vector<std::string> contents = robotFiles(covered, folder);
+  const std::vector<std::string> contents = robotFiles(covered, folder).contents;
   const tool::RunFiles files;
   makeRobotFolders(folder, files);
   for (std::size_t i = 0; i < names.size(); ++i) formats::writeWhole(folder / names[i], contents[i]);

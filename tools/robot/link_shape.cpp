@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "robot/link_shape.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -39,12 +40,12 @@ TriangleMesh cylinderMesh(const Cylinder& c) {
   return mesh;
 }
 
-TriangleMesh fileMesh(const MeshFile& file, std::vector<std::string>& notes) {
+TriangleMesh fileMesh(const MeshFile& file, double unit_mm, std::vector<std::string>& notes) {
   TriangleMesh mesh;
   if (tool::endingOf(file.path) == ".dae") {
-    mesh = readDae(file.path);
+    mesh = readDae(file.path, unit_mm);
   } else {
-    formats::MeshFile read = formats::readMesh(file.path, 1000, 1000);
+    formats::MeshFile read = formats::readMesh(file.path, unit_mm, unit_mm);
     mesh = std::move(read.mesh);
     notes = std::move(read.notes);
   }
@@ -58,23 +59,31 @@ TriangleMesh fileMesh(const MeshFile& file, std::vector<std::string>& notes) {
 
 }  // namespace
 
-TriangleMesh ballMesh(const LinkBall& ball) {
+TriangleMesh capsuleMesh(const LinkCapsule& capsule) {
   constexpr std::uint32_t kRings = kSides / 2;
+  const Eigen::Vector3d along = capsule.b - capsule.a;
+  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), along);
+  const bool is_ball = along.isZero(0);
   TriangleMesh mesh;
-  for (std::uint32_t ring = 1; ring < kRings; ++ring)
+  std::uint32_t rings = 0;
+  const auto addRing = [&](std::uint32_t ring, const Eigen::Vector3d& centre) {
+    ++rings;
     for (int side = 0; side < kSides; ++side) {
       const double polar = std::numbers::pi * ring / kRings, around = 2 * std::numbers::pi * side / kSides;
-      mesh.positions.push_back(ball.centre + ball.radius * Eigen::Vector3d(std::sin(polar) * std::cos(around),
-                                                                           std::sin(polar) * std::sin(around), std::cos(polar)));
+      const Eigen::Vector3d p(std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around), std::cos(polar));
+      mesh.positions.push_back(centre + capsule.radius * (turn * p));
     }
+  };
+  for (std::uint32_t ring = 1; ring <= kRings / 2; ++ring) addRing(ring, capsule.b);
+  for (std::uint32_t ring = kRings / 2 + (is_ball ? 1 : 0); ring < kRings; ++ring) addRing(ring, capsule.a);
   const auto top = static_cast<std::uint32_t>(mesh.positions.size()), bottom = top + 1;
-  mesh.positions.push_back(ball.centre + Eigen::Vector3d(0, 0, ball.radius));
-  mesh.positions.push_back(ball.centre - Eigen::Vector3d(0, 0, ball.radius));
+  mesh.positions.push_back(capsule.b + capsule.radius * (turn * Eigen::Vector3d::UnitZ()));
+  mesh.positions.push_back(capsule.a - capsule.radius * (turn * Eigen::Vector3d::UnitZ()));
   const auto at = [](std::uint32_t ring, std::uint32_t side) { return ring * kSides + side % kSides; };
   for (std::uint32_t side = 0; side < kSides; ++side) {
     mesh.triangles.push_back({top, at(0, side), at(0, side + 1)});
-    mesh.triangles.push_back({bottom, at(kRings - 2, side + 1), at(kRings - 2, side)});
-    for (std::uint32_t ring = 0; ring + 2 < kRings; ++ring) {
+    mesh.triangles.push_back({bottom, at(rings - 1, side + 1), at(rings - 1, side)});
+    for (std::uint32_t ring = 0; ring + 1 < rings; ++ring) {
       mesh.triangles.push_back({at(ring, side), at(ring + 1, side), at(ring + 1, side + 1)});
       mesh.triangles.push_back({at(ring, side), at(ring + 1, side + 1), at(ring, side + 1)});
     }
@@ -82,10 +91,19 @@ TriangleMesh ballMesh(const LinkBall& ball) {
   return mesh;
 }
 
-LinkShape shapeOf(const CollisionElement& element) {
+bool LinkShape::hasSurface() const {
+  if (capsule) return capsule->radius > 0;
+  return std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
+    const Eigen::Vector3d& a = mesh.positions[t[0]];
+    return (mesh.positions[t[1]] - a).cross(mesh.positions[t[2]] - a).squaredNorm() > 0;
+  });
+}
+
+LinkShape shapeOf(const CollisionElement& element, double unit_mm) {
   LinkShape out;
-  if (const Ball* ball = std::get_if<Ball>(&element.shape)) {
-    out.ball = LinkBall{element.origin.translation(), ball->radius};
+  if (const Capsule* capsule = std::get_if<Capsule>(&element.shape)) {
+    const Eigen::Vector3d half(0, 0, capsule->length / 2);
+    out.capsule = LinkCapsule{element.origin * -half, element.origin * half, capsule->radius};
     return out;
   }
   if (const Box* box = std::get_if<Box>(&element.shape)) out.mesh = boxMesh(box->size);
@@ -93,7 +111,8 @@ LinkShape shapeOf(const CollisionElement& element) {
     out.mesh = cylinderMesh(*cylinder);
     out.padding = cylinder->radius * (1 - std::cos(std::numbers::pi / kSides)) * (1 + 1e-9);
   }
-  if (const MeshFile* file = std::get_if<MeshFile>(&element.shape)) out.mesh = fileMesh(*file, out.notes);
+  if (const MeshFile* file = std::get_if<MeshFile>(&element.shape); file && !file->path.empty())
+    out.mesh = fileMesh(*file, unit_mm, out.notes);
   for (Eigen::Vector3d& p : out.mesh.positions) p = element.origin * p;
   return out;
 }

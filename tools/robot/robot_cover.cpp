@@ -15,6 +15,7 @@
 #include "pipeline/batch/error_curve.h"
 #include "pipeline/sound_mesh.h"
 #include "program_end.h"
+#include "robot/capsule_row.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/core/rounding.h"
 
@@ -23,21 +24,28 @@ namespace {
 
 using builder::Quality;
 
+constexpr std::size_t kBranching = 8;
 constexpr std::size_t kMaxLeaves = 4096;    // for one element: the deepest tree that is useful for a planner
 constexpr int kRounds = 3;                  // rounds of redistribution by the errors of the final trees
 constexpr std::size_t kProbes[] = {4, 16};  // numbers of leaves of the quick trees that show how an error decreases
 
+/// Spheres of one element, with their proven bounds.
+struct ElementCover {
+  std::vector<std::vector<LinkBall>> levels;  // from the root to the leaves
+  std::vector<double> overhang_bounds;        // (levels) [mm]
+  bool is_tolerance_met = true;
+};
+
 /// A collision element while it is converted to spheres.
 struct Element {
-  std::size_t link = 0;
-  std::string name;
-  LinkShape shape;
+  ShapedElement shaped;
   builder::RepairedMesh solid;
   std::vector<std::string> notes;
-  std::map<std::size_t, builder::BuildResult> built;  // by the requested number of leaves
-  std::size_t leaves = 0;                             // number of leaves of the chosen tree
-  bool isBall() const { return shape.ball.has_value(); }
-  const builder::BuildResult& chosen() const { return built.at(leaves); }
+  std::map<std::size_t, ElementCover> covers;  // by the requested number of leaves
+  std::size_t leaves = 0;                      // number of leaves of the chosen cover
+  const LinkShape& shape() const { return shaped.shape; }
+  bool isBall() const { return shape().capsule && shape().capsule->a == shape().capsule->b; }
+  const ElementCover& chosen() const { return covers.at(leaves); }
 };
 
 /// Elements that share a number of spheres.
@@ -61,15 +69,42 @@ class PartProgress : public builder::Progress {
   builder::Progress& whole_;
 };
 
+/// The balls of a tree about a surface within `padding` of its mesh.
+ElementCover coverOf(const builder::BuildResult& result, double padding) {
+  const SphereTree& tree = result.tree;
+  const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+  ElementCover out;
+  out.is_tolerance_met = result.statistics.tolerance_met;
+  for (int level = 0; level < tree.levelCount(); ++level) {
+    std::vector<LinkBall>& balls = out.levels.emplace_back();
+    for (const std::uint32_t node : levelSet(tree, level))
+      balls.push_back({origin + centreOf(tree.cover[node]), tree.cover[node].radius + padding});
+    out.overhang_bounds.push_back(tree.statistics[static_cast<std::size_t>(level)].overhang_bound + padding);
+  }
+  return out;
+}
+
+/// Rows of balls, with as many levels as a tree of this number of leaves.
+ElementCover coverOf(const LinkCapsule& capsule, std::size_t leaves) {
+  ElementCover out;
+  for (std::size_t count = 1;; count = std::min(leaves, count * kBranching)) {
+    BallRow row = ballRow(capsule, count);
+    out.levels.push_back(std::move(row.balls));
+    out.overhang_bounds.push_back(row.overhang);
+    if (count == leaves) return out;
+  }
+}
+
 class RobotCoverer {
  public:
-  RobotCoverer(const Robot& robot, const CoverSettings& settings, builder::Progress& progress)
-      : robot_(robot), settings_(settings), progress_(progress) {}
+  RobotCoverer(const Robot& robot, std::vector<ShapedElement> shapes, const CoverSettings& settings, builder::Progress& progress)
+      : robot_(robot), settings_(settings), progress_(progress) {
+    for (ShapedElement& shaped : shapes) elements_.emplace_back().shaped = std::move(shaped);
+  }
 
   RobotCover run() {
-    progress_.stage("read meshes");
-    readElements();
     const std::vector<Group> groups = groupElements();
+    checkClips();
     progress_.stage("check meshes");
     inParallel(elements_.size(), [&](std::size_t e, builder::Progress& progress) { makeSolid(elements_[e], progress); });
     for (const Group& group : groups) {
@@ -83,20 +118,32 @@ class RobotCoverer {
   }
 
  private:
-  std::string nameOf(const Element& e) const { return robot_.links[e.link].name + (e.name.empty() ? "" : " (" + e.name + ")"); }
+  std::string nameOf(const Element& e) const {
+    return robot_.links[e.shaped.link].name + (e.shaped.name.empty() ? "" : " (" + e.shaped.name + ")");
+  }
 
-  void readElements() {
-    for (std::size_t l = 0; l < robot_.links.size(); ++l)
-      for (const CollisionElement& collision : robot_.links[l].collisions) {
-        progress_.check();
-        Element& e = elements_.emplace_back();
-        e.link = l;
-        const auto* file = std::get_if<MeshFile>(&collision.shape);
-        e.name = !collision.name.empty() ? collision.name : file ? file->path.filename().string() : "";
-        e.shape = shapeOf(collision);
-      }
-    if (elements_.empty())
-      throw tool::UsageError(robot_.path.string() + ": no link has a <collision> element, so that there is nothing to cover.");
+  /// The largest coordinate of the link's shapes along an axis [mm]; empty without shapes.
+  std::optional<double> highest(const std::string& link, const Eigen::Vector3d& axis) const {
+    std::optional<double> out;
+    for (const Element& e : elements_) {
+      if (robot_.links[e.shaped.link].name != link) continue;
+      const auto reach = [&](const Eigen::Vector3d& p, double radius) { out = std::max(out.value_or(-INFINITY), axis.dot(p) + radius); };
+      for (const Eigen::Vector3d& p : e.shape().mesh.positions) reach(p, e.shape().padding);
+      if (const auto& capsule = e.shape().capsule) reach(capsule->a, capsule->radius), reach(capsule->b, capsule->radius);
+    }
+    return out;
+  }
+
+  void checkClips() const {
+    for (const ClipPlane& clip : settings_.clips) {
+      const std::optional<double> top = highest(clip.link, clip.axis);
+      if (!top) throw tool::UsageError("--clip " + clip.link + ": no link with a collision element has this name.");
+      if (*top <= clip.value) refuseClip(clip.link);
+    }
+  }
+
+  [[noreturn]] static void refuseClip(const std::string& link) {
+    throw tool::UsageError("--clip removes every sphere of the link " + link + ". Give another VALUE, or the opposite AXIS (such as -z).");
   }
 
   const LinkCount* countOf(std::size_t link) const {
@@ -110,13 +157,14 @@ class RobotCoverer {
     Group rest{"the links", {}, settings_.budget};
     std::set<const LinkCount*> used;
     for (std::size_t e = 0; e < elements_.size(); ++e) {
-      const LinkCount* count = countOf(elements_[e].link);
+      const std::size_t link = elements_[e].shaped.link;
+      const LinkCount* count = countOf(link);
       if (!count) {
         rest.elements.push_back(e);
         continue;
       }
       used.insert(count);
-      Group& group = of_link.try_emplace(elements_[e].link, Group{robot_.links[elements_[e].link].name, {}, count->spheres}).first->second;
+      Group& group = of_link.try_emplace(link, Group{robot_.links[link].name, {}, count->spheres}).first->second;
       group.elements.push_back(e);
     }
     for (const LinkCount& count : settings_.counts)
@@ -156,11 +204,11 @@ class RobotCoverer {
   }
 
   void makeSolid(Element& e, builder::Progress& progress) const {
-    if (e.isBall()) return;
+    if (e.shape().capsule) return;
     std::vector<std::string> steps;
-    e.solid = pipeline::soundMesh(e.shape.mesh, nameOf(e), settings_.repair, steps, progress);
-    for (std::vector<std::string>* texts : {&e.shape.notes, &steps})
-      for (const std::string& text : *texts) e.notes.push_back(nameOf(e) + ": " + text);
+    e.solid = pipeline::soundMesh(e.shape().mesh, nameOf(e), settings_.repair, steps, progress);
+    steps.insert(steps.begin(), e.shape().notes.begin(), e.shape().notes.end());
+    for (const std::string& text : steps) e.notes.push_back(nameOf(e) + ": " + text);
   }
 
   builder::BuildSettings buildSettings(std::size_t leaves, Quality quality) const {
@@ -169,53 +217,64 @@ class RobotCoverer {
     s.quality = quality;
     s.seed = settings_.seed;
     s.threads = settings_.threads;
+    s.branching = static_cast<int>(kBranching);
     if (leaves > 0) pipeline::limitLeaves(s, leaves);
     return s;
   }
 
-  builder::BuildResult buildElement(const Element& e, const builder::BuildSettings& s, builder::Progress& progress) const {
-    return builder::buildSphereTree(e.solid.mesh, s, progress, e.solid.to_cover);
+  ElementCover buildElement(const Element& e, const builder::BuildSettings& s, builder::Progress& progress) const {
+    return coverOf(builder::buildSphereTree(e.solid.mesh, s, progress, e.solid.to_cover), e.shape().padding);
   }
 
-  static double errorOf(const builder::BuildResult& result) { return result.tree.statistics.back().overhang_bound; }
+  ElementCover coverByLeaves(const Element& e, std::size_t leaves, Quality quality, builder::Progress& progress) const {
+    if (e.shape().capsule) return coverOf(*e.shape().capsule, leaves);
+    return buildElement(e, buildSettings(leaves, quality), progress);
+  }
+
+  /// > 0
+  static double errorOf(const ElementCover& cover) {
+    return std::max<double>(cover.overhang_bounds.back(), std::numeric_limits<float>::min());
+  }
 
   void coverByTolerance(const Group& group) {
     inParallel(group.elements.size(), [&](std::size_t i, builder::Progress& progress) {
       Element& e = elements_[group.elements[i]];
-      if (e.isBall()) return;
-      builder::BuildSettings s = buildSettings(0, settings_.quality);
-      s.levels = 5;  // 4096 leaves
-      s.tolerance_mm = std::max(settings_.tolerance_mm - e.shape.padding, 0.01 * settings_.tolerance_mm);
       e.leaves = 0;
-      const auto at = e.built.emplace(0, buildElement(e, s, progress)).first;
-      if (!at->second.statistics.tolerance_met)
+      if (e.shape().capsule) {
+        const std::size_t count = ballsForOverhang(*e.shape().capsule, settings_.tolerance_mm, kMaxLeaves);
+        ElementCover cover = coverOf(*e.shape().capsule, count);
+        cover.is_tolerance_met = cover.overhang_bounds.back() <= settings_.tolerance_mm;
+        e.covers.emplace(0, std::move(cover));
+      } else {
+        builder::BuildSettings s = buildSettings(0, settings_.quality);
+        s.levels = 5;  // 4096 leaves
+        s.tolerance_mm = std::max(settings_.tolerance_mm - e.shape().padding, 0.01 * settings_.tolerance_mm);
+        e.covers.emplace(0, buildElement(e, s, progress));
+      }
+      if (!e.chosen().is_tolerance_met)
         e.notes.push_back(nameOf(e) + ": the tolerance is not met; the best result of " + std::to_string(kMaxLeaves) + " spheres is kept.");
     });
   }
 
   /// Quick trees show how the error of each element decreases with its leaves; the final trees correct the estimate.
   void coverByCount(const Group& group) {
-    std::vector<std::size_t> meshes;
-    for (const std::size_t e : group.elements)
-      if (!elements_[e].isBall()) meshes.push_back(e);
-    const std::size_t total = group.spheres - (group.elements.size() - meshes.size());
-    if (meshes.empty()) return;
-    std::vector<pipeline::ErrorCurve> curves(meshes.size());
-    const std::vector<std::size_t> largest(meshes.size(), kMaxLeaves);
-    if (meshes.size() > 1) probe(meshes, total, curves);
+    const std::vector<std::size_t>& members = group.elements;
+    std::vector<pipeline::ErrorCurve> curves(members.size());
+    std::vector<std::size_t> largest;
+    for (const std::size_t e : members) largest.push_back(elements_[e].isBall() ? 1 : kMaxLeaves);
+    if (members.size() > 1) probe(members, largest, group.spheres, curves);
     std::vector<std::size_t> best;
     double best_error = std::numeric_limits<double>::infinity();
-    for (int round = 0; round < (meshes.size() > 1 ? kRounds : 1); ++round) {
-      const std::vector<std::size_t> leaves = pipeline::shareLeaves(curves, largest, total).leaves;
-      inParallel(meshes.size(), [&](std::size_t i, builder::Progress& progress) {
-        Element& e = elements_[meshes[i]];
-        if (!e.built.contains(leaves[i]))
-          e.built.emplace(leaves[i], buildElement(e, buildSettings(leaves[i], settings_.quality), progress));
+    for (int round = 0; round < (members.size() > 1 ? kRounds : 1); ++round) {
+      const std::vector<std::size_t> leaves = pipeline::shareLeaves(curves, largest, group.spheres).leaves;
+      inParallel(members.size(), [&](std::size_t i, builder::Progress& progress) {
+        Element& e = elements_[members[i]];
+        if (!e.covers.contains(leaves[i])) e.covers.emplace(leaves[i], coverByLeaves(e, leaves[i], settings_.quality, progress));
       });
       double worst = 0;
       bool is_known = !best.empty();
-      for (std::size_t i = 0; i < meshes.size(); ++i) {
-        const double error = std::max(errorOf(elements_[meshes[i]].built.at(leaves[i])), std::numeric_limits<float>::min() * 1.0);
+      for (std::size_t i = 0; i < members.size(); ++i) {
+        const double error = errorOf(elements_[members[i]].covers.at(leaves[i]));
         worst = std::max(worst, error);
         is_known = is_known && leaves[i] == best[i];
         if (round == 0)
@@ -226,67 +285,49 @@ class RobotCoverer {
       if (worst < best_error) best = leaves, best_error = worst;
       if (is_known) break;
     }
-    for (std::size_t i = 0; i < meshes.size(); ++i) elements_[meshes[i]].leaves = best[i];
+    for (std::size_t i = 0; i < members.size(); ++i) elements_[members[i]].leaves = best[i];
   }
 
-  void probe(const std::vector<std::size_t>& meshes, std::size_t total, std::vector<pipeline::ErrorCurve>& curves) {
+  void probe(const std::vector<std::size_t>& members, const std::vector<std::size_t>& largest, std::size_t total,
+             std::vector<pipeline::ErrorCurve>& curves) {
     for (const std::size_t asked : kProbes) {
-      const std::size_t leaves = std::min(asked, total);
-      std::vector<double> errors(meshes.size());
-      inParallel(meshes.size(), [&](std::size_t i, builder::Progress& progress) {
-        errors[i] = errorOf(buildElement(elements_[meshes[i]], buildSettings(leaves, Quality::Quick), progress));
+      std::vector<double> errors(members.size());
+      const auto leavesOf = [&](std::size_t i) { return std::min({asked, total, largest[i]}); };
+      inParallel(members.size(), [&](std::size_t i, builder::Progress& progress) {
+        errors[i] = errorOf(coverByLeaves(elements_[members[i]], leavesOf(i), Quality::Quick, progress));
       });
-      for (std::size_t i = 0; i < meshes.size(); ++i)
-        curves[i].add(static_cast<double>(leaves), std::max(errors[i], std::numeric_limits<float>::min() * 1.0));
+      for (std::size_t i = 0; i < members.size(); ++i) curves[i].add(static_cast<double>(leavesOf(i)), errors[i]);
     }
   }
 
-  static double boundOf(const Element& e, std::size_t depth) {
-    if (e.isBall()) return 0;
-    const std::vector<LevelStatistics>& levels = e.chosen().tree.statistics;
-    return levels[std::min(depth, levels.size() - 1)].overhang_bound + e.shape.padding;
-  }
-
-  /// The spheres of one element at one depth; beyond its last level those of the last level.
-  std::vector<LinkBall> ballsOf(const Element& e, std::size_t depth) const {
-    if (e.isBall()) return {*e.shape.ball};
-    const SphereTree& tree = e.chosen().tree;
-    const int level = std::min(static_cast<int>(depth), tree.levelCount() - 1);
-    const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
-    std::vector<LinkBall> balls;
-    for (const std::uint32_t node : levelSet(tree, level)) {
-      const Sphere& s = tree.cover[node];
-      balls.push_back({origin + centreOf(s), s.radius + e.shape.padding});
-    }
-    return balls;
-  }
+  /// The last level where the element has fewer.
+  static std::size_t levelAt(const Element& e, std::size_t depth) { return std::min(depth, e.chosen().levels.size() - 1); }
 
   RobotCover collect() {
     RobotCover out;
     for (std::size_t first = 0, last = 0; first < elements_.size(); first = last) {
       LinkCover& link = out.links.emplace_back();
-      link.link = elements_[first].link;
+      link.link = elements_[first].shaped.link;
       std::size_t depth = 1;
-      while (last < elements_.size() && elements_[last].link == link.link) {
-        Element& e = elements_[last++];
-        if (e.isBall()) continue;
-        depth = std::max(depth, static_cast<std::size_t>(e.chosen().tree.levelCount()));
+      for (; last < elements_.size() && elements_[last].shaped.link == link.link; ++last) {
+        const Element& e = elements_[last];
+        depth = std::max(depth, e.chosen().levels.size());
         link.notes.insert(link.notes.end(), e.notes.begin(), e.notes.end());
       }
       for (std::size_t d = 0; d < depth; ++d) {
         std::vector<LinkBall> balls;
-        for (std::size_t e = first; e < last; ++e)
-          for (const LinkBall& ball : ballsOf(elements_[e], d)) balls.push_back(ball);
+        double bound = 0;
+        for (std::size_t e = first; e < last; ++e) {
+          const std::size_t level = levelAt(elements_[e], d);
+          const std::vector<LinkBall>& own = elements_[e].chosen().levels[level];
+          balls.insert(balls.end(), own.begin(), own.end());
+          bound = std::max(bound, elements_[e].chosen().overhang_bounds[level]);
+        }
         moved_ = 0;
         link.levels.push_back(written(balls, link));
-        double bound = 0;
-        for (std::size_t e = first; e < last; ++e) bound = std::max(bound, boundOf(elements_[e], d));
         link.overhang_bounds_mm.push_back(bound + moved_);
       }
     }
-    for (const ClipPlane& clip : settings_.clips)
-      if (std::none_of(out.links.begin(), out.links.end(), [&](const LinkCover& l) { return robot_.links[l.link].name == clip.link; }))
-        throw tool::UsageError("--clip " + clip.link + ": no link with a collision element has this name.");
     return out;
   }
 
@@ -315,9 +356,7 @@ class RobotCoverer {
       }
       if (!is_gone) out.push_back(metreSphere(ball));
     }
-    if (out.empty())
-      throw tool::UsageError("--clip removes every sphere of the link " + robot_.links[link.link].name +
-                             ". Give another VALUE, or the opposite AXIS (such as -z).");
+    if (out.empty()) refuseClip(robot_.links[link.link].name);
     return out;
   }
 
@@ -343,8 +382,13 @@ std::size_t RobotCover::sphereCount() const {
   return count;
 }
 
-RobotCover coverRobot(const Robot& robot, const CoverSettings& settings, builder::Progress& progress) {
-  return RobotCoverer(robot, settings, progress).run();
+const LinkCover* RobotCover::of(std::size_t link) const {
+  const auto found = std::find_if(links.begin(), links.end(), [&](const LinkCover& cover) { return cover.link == link; });
+  return found == links.end() ? nullptr : &*found;
+}
+
+RobotCover coverRobot(const Robot& robot, std::vector<ShapedElement> shapes, const CoverSettings& settings, builder::Progress& progress) {
+  return RobotCoverer(robot, std::move(shapes), settings, progress).run();
 }
 
 MetreSphere metreSphere(const LinkBall& ball) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Spheres that cover the collision shapes of a robot's links, with one tree for each collision element; a sphere of the
-// URDF is its own cover. Distribution of leaves and proofs: docs/robots.md
+// URDF is its own cover, and a capsule is covered by a row of equal balls. Distribution of leaves and proofs:
+// docs/robots.md
 #pragma once
 
 #include <cstdint>
@@ -10,6 +11,7 @@
 
 #include "robot/link_shape.h"
 #include "robot/robot_model.h"
+#include "robot/robot_shapes.h"
 #include "spheretree/builder/build_settings.h"
 #include "spheretree/builder/progress.h"
 #include "spheretree/builder/repair_mesh.h"
@@ -58,16 +60,17 @@ struct LinkCover {
 struct RobotCover {
   std::vector<LinkCover> links;  // of the links with collision elements, in the order of the robot
   std::size_t sphereCount() const;
+  const LinkCover* of(std::size_t link) const;  // null for a link without spheres
 };
 
 /// The default budget: 8 spheres for each collision element.
 std::size_t usualBudget(const Robot& robot);
 
-/// Same robot and settings (except `threads`): same spheres.
-/// @throws tool::UsageError for settings that do not fit the robot (a budget below one sphere for each element, a
-/// pattern or a clip that matches no link with collision elements); formats::FileError, formats::FormatError for
-/// meshes; builder::BuildError, with the link, for a mesh that is refused; builder::Cancelled.
-RobotCover coverRobot(const Robot& robot, const CoverSettings& settings, builder::Progress& progress);
+/// `shapes`: those of the robot, by readShapes(). Same arguments (except `threads`): same spheres.
+/// @throws tool::UsageError, before any work, for settings that do not fit the robot (a budget below one sphere for
+/// each element, a pattern or a clip that matches no link with collision elements, a clip that removes a link);
+/// builder::BuildError, with the link, for a mesh that is refused; builder::Cancelled.
+RobotCover coverRobot(const Robot& robot, std::vector<ShapedElement> shapes, const CoverSettings& settings, builder::Progress& progress);
 
 /// `ball` in metres, rounded outward.
 MetreSphere metreSphere(const LinkBall& ball);

@@ -28,8 +28,8 @@ std::string curoboYaml(const CoveredRobot& covered);
 std::string xrdf(const CoveredRobot& covered);
 /// The URDF with spheres instead of its collision elements; paths relative to the URDF become relative to `folder`.
 std::string sphereUrdf(const CoveredRobot& covered, const std::filesystem::path& folder);
-/// Spheres, and pairs to ignore.
-std::string srdf(const CoveredRobot& covered);
+/// Spheres, and pairs to ignore; a note if `covered.srdf` names links that the robot does not have.
+std::string srdf(const CoveredRobot& covered, std::vector<std::string>& notes);
 /// For fkcc_gen, the generator of VAMP; the names are those of the files beside it.
 std::string vampJson(const CoveredRobot& covered, const std::string& urdf, const std::string& srdf);
 /// For one link: a list by depth.
@@ -38,13 +38,20 @@ std::string foamJson(const LinkCover& link);
 std::string ballparkJson(const CoveredRobot& covered);
 /// For one link.
 std::string morphitJson(const Robot& robot, const LinkCover& link);
-/// MuJoCo.
-std::string mjcf(const CoveredRobot& covered);
+/// MuJoCo; a note for each inertia and name that it does not accept as the URDF has it.
+std::string mjcf(const CoveredRobot& covered, std::vector<std::string>& notes);
 
-/// All files: their names relative to the folder of the results, known before the first build; and their contents, in
-/// the same order.
+/// The names of all files relative to the folder of the results, known before the first build.
 std::vector<std::filesystem::path> robotFileNames(const Robot& robot);
-std::vector<std::string> robotFiles(const CoveredRobot& covered, const std::filesystem::path& folder);
+
+struct RobotFiles {
+  std::vector<std::string> contents;  // in the order of robotFileNames()
+  std::vector<std::string> notes;     // what they change in sentences that name the place
+};
+
+/// Before the first build, a cover without links shows what will be refused or noted.
+/// @throws formats::FileError; formats::FormatError if a file cannot be merged
+RobotFiles robotFiles(const CoveredRobot& covered, const std::filesystem::path& folder);
 
 /// Creates their folders, including `folder`. @throws formats::FileError
 void makeRobotFolders(const std::filesystem::path& folder, const tool::RunFiles& files);

@@ -13,27 +13,33 @@
 #include <variant>
 #include <vector>
 
+#include "robot/mesh_search.h"
+
 namespace spheretree::robot {
 
 struct Box {
-  Eigen::Vector3d size;  // [mm], > 0
+  Eigen::Vector3d size;  // [mm], >= 0
 };
 struct Cylinder {
-  double radius, length;  // about z, from -length / 2 to length / 2 [mm], > 0
+  double radius, length;  // about z, from -length / 2 to length / 2 [mm], >= 0
 };
-struct Ball {
-  double radius;  // [mm], > 0
+/// All points within `radius` of a segment of z from -length / 2 to length / 2; a ball has length 0.
+struct Capsule {
+  double radius, length;  // [mm], >= 0
 };
 struct MeshFile {
   std::string name;            // as written in the URDF
-  std::filesystem::path path;  // the file that was found
-  Eigen::Vector3d scale;       // of the coordinates in the file, which are then in metres; not 0
+  std::filesystem::path path;  // the file that was found; empty if the URDF names none
+  Eigen::Vector3d scale;       // of the coordinates in the file, which are then in metres
 };
+/// An empty <geometry>.
+struct NoShape {};
 
 struct CollisionElement {
   std::string name;                                          // may be empty
+  std::string place;                                         // of its shape, for messages: "FILE:LINE: <box> of link NAME"
   Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  // of the shape in the link [mm]
-  std::variant<Box, Cylinder, Ball, MeshFile> shape;
+  std::variant<NoShape, Box, Cylinder, Capsule, MeshFile> shape;
 };
 
 struct Inertia {
@@ -44,6 +50,7 @@ struct Inertia {
 
 struct Link {
   std::string name;
+  std::string place;  // for messages: "FILE:LINE: link NAME"
   std::vector<CollisionElement> collisions;
   std::optional<Inertia> inertia;
 };
@@ -52,20 +59,22 @@ enum class JointKind { Fixed, Revolute, Continuous, Prismatic, Floating, Planar 
 
 /// The joint that this one follows: the position is `factor` times that of the other joint, plus `offset`.
 struct Mimic {
-  std::string joint;
+  std::size_t joint = 0;  // which mimics no other
   double factor = 1, offset = 0;
 };
 
 struct Joint {
   std::string name;
+  std::string place;  // for messages: "FILE:LINE: joint NAME (link CHILD)"
   JointKind kind = JointKind::Fixed;
   std::size_t parent = 0, child = 0;                         // links
   Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  // of the child's frame in the parent's, at position 0 [mm]
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();           // in the child's frame, unit length
-  double lower = 0, upper = 0;                               // of Revolute [rad] and Prismatic [mm]
-  double velocity = 0, effort = 0;                           // limits; [rad/s] or [mm/s], [N m] or [N]; 0: not given
+  double lower = 0, upper = 0;                               // of Revolute [rad] and Prismatic [mm]; lower <= upper
   std::optional<Mimic> mimic;
 };
+
+enum class ShapeSource { Collision, Visual };
 
 struct Robot {
   std::string name;
@@ -74,30 +83,19 @@ struct Robot {
   std::vector<Joint> joints;                             // likewise; a tree
   std::size_t root = 0;                                  // link without a parent
   std::vector<std::optional<std::size_t>> parent_joint;  // of each link; empty for the root
-
-  /// @throws std::out_of_range
-  std::size_t linkNamed(const std::string& name) const;
-  bool moves(const Joint& joint) const { return joint.kind != JointKind::Fixed; }
+  ShapeSource source = ShapeSource::Collision;           // the elements that `collisions` were read from
+  std::vector<std::string> notes;                        // what is unusual in the file, in sentences that name the place
+  std::size_t links_with_other_shapes = 0;               // with a <visual> if <collision> was read, or the other way round
 };
 
-/// Search path of `package://PACKAGE/PATH`: PATH in each of these folders that is named PACKAGE or contains a folder
-/// PACKAGE, then in the folders above the URDF, then below ROS_PACKAGE_PATH. `file://` and plain paths are relative to
-/// the URDF.
-struct PackagePaths {
-  std::vector<std::filesystem::path> folders;
-};
-
-/// Checks everything that is used: unique names, a tree of links, finite numbers, sizes above 0, existing mesh files.
-/// Ignores unused elements (visuals, transmissions, unknown elements).
+/// Checks everything that is used: unique names, a tree of links, finite numbers, existing mesh files. What the type of
+/// a joint does not have (the axis of a fixed joint) is ignored, as are transmissions, unknown elements, and the shapes
+/// that are not asked for.
 /// @throws formats::FileError if the file, or a mesh that it names, cannot be found; formats::FormatError with the
-/// element and its line otherwise, also for xacro, which has to be expanded first.
-Robot readUrdf(const std::filesystem::path& path, const PackagePaths& packages = {});
+/// place otherwise, also for xacro, which has to be expanded first.
+Robot readUrdf(const std::filesystem::path& path, const PackagePaths& packages = {}, ShapeSource source = ShapeSource::Collision);
 
 /// The frame of `joint`'s child in its parent's, at `position` [rad or mm].
 Eigen::Isometry3d jointFrame(const Joint& joint, double position);
-
-/// Frames of all links in the root's frame, at joint positions (joints); the entries of mimicking joints are ignored.
-/// Floating and planar joints stay at 0.
-std::vector<Eigen::Isometry3d> linkFrames(const Robot& robot, const std::vector<double>& positions);
 
 }  // namespace spheretree::robot

@@ -140,7 +140,7 @@ class SphereFileReader {
 
   void readMarkup() {
     tinyxml2::XMLDocument document;
-    const XmlElement& root = readXml(path_, document);
+    const XmlElement& root = readXml(path_, document, "a file of spheres");
     if (std::string(root.Name()) == "mujoco") {
       out_.format = "MJCF";
       if (const XmlElement* world = root.FirstChildElement("worldbody")) readBodies(*world);

@@ -101,6 +101,7 @@ void write(const YAML::Node& node, std::size_t indent, std::string& out) {
 
 std::string decimal(float value) { return fixedDecimal(value); }
 std::string decimal(double value) { return fixedDecimal(value); }
+std::string centreText(const Sphere& s) { return decimal(s.x) + " " + decimal(s.y) + " " + decimal(s.z); }
 
 YAML::Node textNode(const std::string& text) {
   YAML::Node node(text);

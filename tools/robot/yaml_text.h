@@ -7,12 +7,16 @@
 #include <filesystem>
 #include <string>
 
+#include "spheretree/core/sphere.h"
+
 namespace spheretree::robot {
 
 /// The shortest decimal that reads back as the same float, without an exponent (YAML 1.1 reads 1e-05 as a string):
 /// "0.25", "-3.0".
 std::string decimal(float value);
 std::string decimal(double value);
+/// "X Y Z"
+std::string centreText(const Sphere& sphere);
 
 /// A scalar that is always a string, even if it looks different ("no", "1.0").
 YAML::Node textNode(const std::string& text);

@@ -17,6 +17,7 @@
 #include "robot/ignored_pairs.h"
 #include "robot/robot_cover.h"
 #include "robot/robot_files.h"
+#include "robot/robot_shapes.h"
 #include "run_files.h"
 #include "spheretree/formats/file_io.h"
 
@@ -30,6 +31,7 @@ struct PythonRobot {
   robot::Robot robot;
   robot::RobotCover cover;
   std::vector<robot::IgnoredPair> pairs;
+  std::vector<std::string> notes;
 };
 
 /// The arrays keep the robot alive, and with it its links.
@@ -46,8 +48,8 @@ const char* reasonName(robot::PairReason reason) {
 
 std::unique_ptr<PythonRobot> coveredRobot(const fs::path& urdf, std::optional<double> tolerance, std::optional<std::size_t> budget,
                                           const std::map<std::string, std::size_t>& links, const std::vector<fs::path>& packages,
-                                          const std::string& quality, const std::string& repair, std::uint64_t seed, int threads,
-                                          const py::object& progress) {
+                                          bool visual, const std::map<std::string, std::string>& units, const std::string& quality,
+                                          const std::string& repair, std::uint64_t seed, int threads, const py::object& progress) {
   if (tolerance && budget) throw tool::UsageError("tolerance and budget do not go together: give one of them.");
   if (tolerance && !(*tolerance > 0 && *tolerance <= 1e6)) throw tool::UsageError("tolerance must be above 0 and at most 10^6 mm.");
   if (budget && !(*budget >= 1 && *budget <= 100'000)) throw tool::UsageError("budget must be 1 to 100000 spheres.");
@@ -60,6 +62,14 @@ std::unique_ptr<PythonRobot> coveredRobot(const fs::path& urdf, std::optional<do
     if (spheres < 1 || spheres > 4096) throw tool::UsageError("links: " + pattern + " must have 1 to 4096 spheres.");
     settings.counts.push_back({pattern, spheres});
   }
+  std::vector<robot::LinkUnit> link_units;
+  for (const auto& [pattern, unit] : units) {
+    const std::optional<robot::LinkUnit> known = robot::linkUnit(pattern + "=" + unit);
+    if (!known) throw py::value_error("units: " + pattern + " must have mm, cm, m or in, not " + unit + ".");
+    link_units.push_back(*known);
+  }
+  std::vector<std::string> package_words;
+  for (const fs::path& package : packages) package_words.push_back(package.string());
   settings.tolerance_mm = tolerance.value_or(0);
   settings.budget = budget.value_or(0);
   settings.quality = pipeline::byName(pipeline::kQualities, quality);
@@ -69,10 +79,14 @@ std::unique_ptr<PythonRobot> coveredRobot(const fs::path& urdf, std::optional<do
   auto out = std::make_unique<PythonRobot>();
   runInterruptibly(progress, [&](builder::Progress& p) {
     p.stage("read");
-    out->robot = robot::readUrdf(urdf, {packages});
+    out->robot =
+        robot::readUrdf(urdf, robot::packagePaths(package_words), visual ? robot::ShapeSource::Visual : robot::ShapeSource::Collision);
+    std::vector<robot::ShapedElement> shapes = robot::readShapes(out->robot, link_units, p);
     if (!tolerance && !budget) settings.budget = robot::usualBudget(out->robot);
-    out->cover = robot::coverRobot(out->robot, settings, p);
+    out->cover = robot::coverRobot(out->robot, std::move(shapes), settings, p);
     out->pairs = robot::findIgnoredPairs(out->robot, out->cover, {}, p);
+    out->notes = out->robot.notes;
+    (void)robot::mjcf({out->robot, out->cover, out->pairs, {}, {}}, out->notes);
   });
   return out;
 }
@@ -132,6 +146,14 @@ void bindRobot(py::module_& module) {
           },
           "LinkSpheres of every link with collision shapes, by name, in the order of the URDF.")
       .def_property_readonly(
+          "notes", [](const PythonRobot& self) { return self.notes; },
+          "What is unusual in the URDF, and what the files change, in sentences that name file, line and link.")
+      .def("__repr__",
+           [](const PythonRobot& self) {
+             return "<RobotSpheres " + self.robot.name + ": " + std::to_string(self.cover.sphereCount()) + " spheres on " +
+                    std::to_string(self.cover.links.size()) + " links>";
+           })
+      .def_property_readonly(
           "pairs",
           [](const PythonRobot& self) {
             py::list pairs;
@@ -147,13 +169,14 @@ srdf: an SRDF whose groups, states and pairs are copied. merge: an XRDF or confi
 Returns the names of the files, relative to the folder. Raises FileError, FormatError, UsageError.)");
   module.def("robot", &coveredRobot, py::arg("urdf"), py::kw_only(), py::arg("tolerance") = py::none(), py::arg("budget") = py::none(),
              py::arg("links") = std::map<std::string, std::size_t>(), py::arg("packages") = std::vector<fs::path>(),
-             py::arg("quality") = "standard", py::arg("repair") = "auto", py::arg("seed") = 1, py::arg("threads") = 0,
-             py::arg("progress") = py::none(),
+             py::arg("visual") = false, py::arg("units") = std::map<std::string, std::string>(), py::arg("quality") = "standard",
+             py::arg("repair") = "auto", py::arg("seed") = 1, py::arg("threads") = 0, py::arg("progress") = py::none(),
              R"(Covers the collision shapes of a URDF with spheres; the same as `spheretree robot`.
 
 urdf: path of a URDF with xacro expanded. tolerance [mm]: largest overhang, met with the fewest spheres; or budget: spheres
 of all links together; by default 8 for each collision element. links: {"hand": 1, "arm*": 5}, numbers for single links.
-packages: folders to search for package://. quality: quick, standard or best. repair: auto, off or wrap.
+packages: folders to search for package://, or "NAME=FOLDER". visual: take the shapes of <visual>. units: {"hand": "mm"},
+the unit of the numbers in mesh files. quality: quick, standard or best. repair: auto, off or wrap.
 seed, threads, progress: as for build(). Returns RobotSpheres.
 Raises FileError, FormatError, UsageError, BuildError, KeyboardInterrupt.)");
 }

@@ -211,6 +211,8 @@ class RobotSpheres:
     @property
     def links(self) -> Dict[str, LinkSpheres]: ...
     @property
+    def notes(self) -> List[str]: ...
+    @property
     def pairs(self) -> List[Tuple[str, str, str]]: ...
     def write(
         self,
@@ -227,6 +229,8 @@ def robot(
     budget: Optional[int] = ...,
     links: Mapping[str, int] = ...,
     packages: Sequence[Union[str, PathLike[str]]] = ...,
+    visual: bool = ...,
+    units: Mapping[str, str] = ...,
     quality: str = ...,
     repair: str = ...,
     seed: int = ...,

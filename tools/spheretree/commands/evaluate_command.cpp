@@ -10,6 +10,7 @@
 #include "commands/common_options.h"
 #include "commands/evaluate_robot.h"
 #include "commands/evaluate_states_report.h"
+#include "commands/robot_input.h"
 #include "input/tree_input.h"
 #include "json_text.h"
 #include "pipeline/evaluation_json.h"
@@ -29,12 +30,12 @@ namespace {
 
 struct EvaluateOptions {
   std::filesystem::path mesh, tree;
-  std::string parts = "merge", repair = "auto", unit;
+  std::string parts = "merge", repair = "auto";
   bool json = false, no_limits = false;
   builder::EvaluateSettings settings;
   StatesOptions states;
-  std::string link, spheres_unit = "m";         // of spheres that a robot program wrote
-  std::vector<std::filesystem::path> packages;  // of a robot
+  std::string link, spheres_unit = "m";  // of spheres that a robot program wrote
+  RobotInput robot;                      // `units` also holds the unit of another mesh
 };
 
 void printText(const EvaluateOptions& options, std::size_t triangles, const builder::Evaluation& evaluation) {
@@ -86,13 +87,17 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
   progress.stage("read");
   if (endingOf(options.mesh) == ".urdf") {
     options.settings.limits = false;
-    return evaluateRobot({options.mesh, options.tree, options.link, formats::unitInMm(options.spheres_unit), options.packages,
-                          options.repair, options.json, options.settings},
+    options.robot.urdf = options.mesh;
+    return evaluateRobot({options.robot, options.tree, options.link, formats::unitInMm(options.spheres_unit), options.repair, options.json,
+                          options.settings},
                          program.quiet, progress);
   }
+  const std::string unit = options.robot.units.empty() ? "" : options.robot.units.front();
+  if (options.robot.units.size() > 1 || unit.find('=') != std::string::npos || options.robot.is_visual || !options.robot.packages.empty())
+    throw UsageError("PATTERN=UNIT, --visual and --package are for a robot (.urdf). " + options.mesh.string() + " is a mesh.");
   Tissue tissue;
   const SphereTree tree = options.states.states.empty() ? readTreeOrSpheres(options) : readSoftTree(options.tree, tissue);
-  formats::MeshFile file = pipeline::readMeshIn(options.mesh, options.unit);
+  formats::MeshFile file = pipeline::readMeshIn(options.mesh, unit);
   TriangleMesh mesh = pipeline::choosePart(std::move(file.mesh), options.parts);
   progress.check();
   // The same solid that a build uses.
@@ -146,13 +151,17 @@ void addEvaluateCommand(Program& program) {
   app->add_option("--spheres-unit", options->spheres_unit, "Unit of the numbers in a file of spheres: mm, cm, m or in; default m")
       ->type_name("UNIT")
       ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
-  app->add_option("--package", options->packages,
-                  "Folder to search for package:// of a robot, as in robot; may be given again; default: none")
-      ->type_name("DIR")
-      ->allow_extra_args(false);
+  addRobotInput(*app, options->robot);
   app->add_flag("--json", options->json, "Print JSON on stdout, schema spheretree.evaluation/1");
   app->add_flag("--no-limits", options->no_limits, "Do not compute h_fin and h_low, which take about a third of the time; default: off");
-  addUnit(*app, options->unit);
+  app->add_option(
+         "--unit", options->robot.units,
+         "Unit of the numbers in the mesh file: mm, cm, m or in; default mm, and m for glTF and the meshes of a robot. For a robot "
+         "also PATTERN=UNIT, several separated by commas, for the links whose name matches")
+      ->type_name("UNIT")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(unitFault);
   addParts(*app, options->parts);
   app->add_option("--repair", options->repair, "As for the build of the tree: auto, off or wrap; default auto")
       ->type_name("KIND")

@@ -5,17 +5,17 @@
 
 #include <filesystem>
 #include <string>
-#include <vector>
 
+#include "commands/robot_input.h"
 #include "spheretree/builder/evaluate_tree.h"
 
 namespace spheretree::tool {
 
 struct EvaluateRobotOptions {
-  std::filesystem::path urdf, spheres;
+  RobotInput input;
+  std::filesystem::path spheres;
   std::string link;  // "": all
   double sphere_unit_mm = 1000;
-  std::vector<std::filesystem::path> packages;
   std::string repair = "auto";
   bool json = false;
   builder::EvaluateSettings settings;

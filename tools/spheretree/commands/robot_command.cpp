@@ -4,9 +4,11 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "commands/command.h"
 #include "commands/common_options.h"
+#include "commands/robot_input.h"
 #include "mistyped.h"
 #include "pipeline/builder_names.h"
 #include "pipeline/sound_mesh.h"
@@ -23,8 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct RobotOptions {
-  fs::path urdf, folder, srdf, merge;
-  std::vector<fs::path> packages;
+  RobotInput input;
+  fs::path folder, srdf, merge;
   std::vector<std::string> links, clip;
   std::string quality = "standard", repair = "auto";
   std::size_t budget = 0;
@@ -96,15 +98,19 @@ robot::CoverSettings settingsOf(const RobotOptions& options, const robot::Robot&
 int runRobot(const RobotOptions& options, bool quiet, builder::Progress& progress) {
   const auto begin = std::chrono::steady_clock::now();
   const RunFiles files(progress);
-  for (const fs::path& input : {options.urdf, options.srdf, options.merge})
+  for (const fs::path& input : {options.input.urdf, options.srdf, options.merge})
     if (!input.empty()) files.willRead(input);
   progress.stage("read");
-  const robot::Robot robot = robot::readUrdf(options.urdf, {options.packages});
+  auto [robot, shapes] = readRobot(options.input, progress);
   const robot::CoverSettings settings = settingsOf(options, robot);
   robot::makeRobotFolders(options.folder, files);
   for (const fs::path& name : robot::robotFileNames(robot)) files.willWrite(options.folder / name);
+  const std::vector<std::string> file_notes = robot::robotFiles({robot, {}, {}, options.srdf, options.merge}, options.folder).notes;
+  if (!quiet)
+    for (const std::vector<std::string>* notes : {&std::as_const(robot.notes), &file_notes})
+      for (const std::string& note : *notes) say(note);
 
-  const robot::RobotCover cover = robot::coverRobot(robot, settings, progress);
+  const robot::RobotCover cover = robot::coverRobot(robot, std::move(shapes), settings, progress);
   const std::vector<robot::IgnoredPair> pairs = robot::findIgnoredPairs(robot, cover, {}, progress);
   progress.stage("write");
   progress.check();
@@ -133,7 +139,7 @@ void addRobotCommand(Program& program) {
   CLI::App* app = addVerb(program, "robot", "Spheres for a robot: cover the collision shapes of a URDF, for planners and simulators",
                           "spheretree robot panda.urdf -o panda --budget 60 --links hand=8",
                           [options, &program](builder::Progress& progress) { return runRobot(*options, program.quiet, progress); });
-  app->add_option("URDF", options->urdf, "Robot to read (.urdf, xacro expanded). Meshes: STL, OBJ, PLY, OFF, glTF, DAE")
+  app->add_option("URDF", options->input.urdf, "Robot to read (.urdf, xacro expanded). Meshes: STL, OBJ, PLY, OFF, glTF, DAE")
       ->required()
       ->type_name("FILE");
   app->add_option("-o,--output", options->folder,
@@ -170,11 +176,14 @@ void addRobotCommand(Program& program) {
          "--merge", options->merge,
          "XRDF or configuration of cuRobo (.yml) whose limits, tool frames and other keys are copied into the written files; default: none")
       ->type_name("FILE");
-  app->add_option(
-         "--package", options->packages,
-         "Folder to search for package://, before the folders above the URDF and ROS_PACKAGE_PATH; may be given again; default: none")
-      ->type_name("DIR")
-      ->allow_extra_args(false);
+  addRobotInput(*app, options->input);
+  app->add_option("--unit", options->input.units,
+                  "Unit of the numbers in the mesh files: mm, cm, m or in, or PATTERN=UNIT for the links whose name matches, several "
+                  "separated by commas; the first pattern that matches is used; default m")
+      ->type_name("UNIT")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(unitFault);
   app->add_option("--quality", options->quality, "quick, standard or best; default standard")
       ->type_name("NAME")
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kQualities)));

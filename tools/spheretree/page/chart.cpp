@@ -83,7 +83,7 @@ Axis logAxis(double smallest, double largest, double place0, double place1) {
   const int step = std::max(1, static_cast<int>(std::ceil(decades / 5)));
   for (int power = static_cast<int>(std::floor(std::log10(axis.from))); power <= std::ceil(std::log10(axis.to)); ++power)
     for (const double digit : {1.0, 1.5, 2.0, 3.0, 5.0, 7.0}) {
-      if (digit > 1 && decades > 2.4) continue;
+      if (digit > 1 && decades > 3.2) continue;
       if (digit != 2 && digit != 5 && digit > 1 && decades > 0.8) continue;
       if (decades > 5 && power % step != 0) continue;
       const double value = digit * std::pow(10.0, power);

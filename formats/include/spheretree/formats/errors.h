@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two kinds of errors of a file. A message names the file, the element and the value, and says what to do.
+// The kinds of errors of a file. A message names the file, the element and the value, and says what to do.
 #pragma once
 
 #include <stdexcept>
@@ -14,6 +14,11 @@ struct FileError : std::runtime_error {
 /// A file was read, but its content is refused. The program exits with 4.
 struct FormatError : std::runtime_error {
   using std::runtime_error::runtime_error;
+};
+
+/// The file is a mesh without a triangle. Robots have such files as placeholders.
+struct NoTriangleError : FormatError {
+  using FormatError::FormatError;
 };
 
 }  // namespace spheretree::formats

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "commands/robot_input.h"
+
+namespace spheretree::tool {
+
+void addRobotInput(CLI::App& app, RobotInput& input) {
+  app.add_option("--package", input.packages,
+                 "Folder to search for package:// and model://, before the folders above the URDF, ROS_PACKAGE_PATH and "
+                 "AMENT_PREFIX_PATH; or NAME=FOLDER, the folder of the package NAME; may be given again; default: none")
+      ->type_name("[NAME=]DIR")
+      ->allow_extra_args(false);
+  app.add_flag("--visual", input.is_visual, "Take the shapes of <visual> of a robot in place of those of <collision>; default: off");
+}
+
+std::string unitFault(const std::string& text) {
+  return robot::linkUnit(text) ? "" : text + " is neither mm, cm, m or in, nor PATTERN=UNIT with one of these";
+}
+
+RobotWithShapes readRobot(const RobotInput& input, const builder::Progress& progress) {
+  std::vector<robot::LinkUnit> units;
+  for (const std::string& text : input.units) units.push_back(*robot::linkUnit(text));
+  RobotWithShapes out;
+  out.robot = robot::readUrdf(input.urdf, robot::packagePaths(input.packages),
+                              input.is_visual ? robot::ShapeSource::Visual : robot::ShapeSource::Collision);
+  out.shapes = robot::readShapes(out.robot, units, progress);
+  return out;
+}
+
+}  // namespace spheretree::tool
