@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "content_kind.h"
+#include "other_content.h"
 #include "spheretree/core/mesh_edit.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
@@ -47,6 +48,8 @@ MeshFile readMesh(const std::filesystem::path& path, double unit_mm, double gltf
   const std::span<const char> bytes(reinterpret_cast<const char*>(file.data()), file.size());
   if (bytes.empty()) throw FormatError(name + ": is empty. Export the mesh again.");
 
+  if (!hasSizeOfBinaryStl(bytes))
+    if (const std::optional<OtherContent> other = otherContentOf(bytes, name)) throw FormatError(name + ": is " + other->what + ". " + other->next);
   const std::optional<Kind> by_extension = kindOfExtension(path);
   std::optional<Kind> by_content = meshKindOf(bytes);
   if (!by_extension && !by_content && hasSizeOfBinaryStl(bytes)) by_content = Kind::Stl;

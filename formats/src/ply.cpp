@@ -382,9 +382,7 @@ class PlyReader {
           skipProperty(property);
       }
       endRow();
-      if (!assembly_.addVertex(p[0], p[1], p[2]))
-        refuseRow("lies at (" + std::to_string(p[0]) + ", " + std::to_string(p[1]) + ", " + std::to_string(p[2]) +
-                  "), which is not a finite point in mm. Export the mesh again.");
+      assembly_.addVertex(p[0], p[1], p[2], encoding_ == Encoding::Ascii ? line_ : 0);
     }
   }
 
