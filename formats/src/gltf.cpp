@@ -50,9 +50,10 @@ class GltfReader {
       assembly_.note(counted(outside, "node with a mesh", "nodes with meshes") + " left out, because the scene does not contain " +
                      (outside == 1 ? "it." : "them."));
     if (morphed_) assembly_.note(counted(morphed_, "primitive") + " read with the weights of morph targets that the file gives.");
-    if (model_.animations) assembly_.note(counted(model_.animations, "animation") + " ignored; every node stands where the file places it.");
+    if (model_.animations)
+      assembly_.note(counted(model_.animations, "animation") + " ignored; every node stands where the file places it.");
     if (skipped_modes_) assembly_.note(std::to_string(skipped_modes_) + " primitives of points or lines were left out.");
-    if (!has_primitive_) assembly_.refuse("no visible node of its scene has a mesh. Export the scene again with its meshes.");
+    if (!has_primitive_) assembly_.refuse("no node of its scene has a mesh that is visible. Export the scene again with its meshes.");
     return assembly_.finish(format_);
   }
 

@@ -5,6 +5,8 @@
 #include <initializer_list>
 #include <limits>
 #include <map>
+#include <ranges>
+#include <set>
 #include <string_view>
 
 #include "draco_mesh.h"
@@ -52,9 +54,12 @@ class GltfDocument : private GltfJson {
     reserve("nodes", model_.nodes);
     reserve("scenes", model_.scenes);
     reserve("skins", model_.skins);
-    std::vector<bool> is_used(model_.meshes.size());
     for (std::size_t n = 0; n < model_.nodes.size(); ++n) {
       addNode(n);
+      if (model_.nodes[n].mesh && !model_.nodes[n].weights.empty()) weighted_nodes_.emplace(*model_.nodes[n].mesh, n);
+    }
+    std::vector<bool> is_used(model_.meshes.size());
+    for (std::size_t n = 0; n < model_.nodes.size(); ++n) {
       const std::optional<std::size_t> mesh = model_.nodes[n].mesh;
       if (!mesh || is_used[*mesh]) continue;
       is_used[*mesh] = true;
@@ -199,6 +204,14 @@ class GltfDocument : private GltfJson {
     const std::string where = place("meshes", index);
     model_.meshes[index].name = findText(mesh, "name");
     model_.meshes[index].weights = weights(mesh);
+    moving_targets_.clear();
+    const auto addWeights = [&](const std::vector<double>& all) {
+      for (std::size_t k = 0; k < all.size(); ++k)
+        if (all[k] != 0) moving_targets_.insert(k);
+    };
+    addWeights(model_.meshes[index].weights);
+    for (const auto& [k, node] : std::ranges::subrange(weighted_nodes_.lower_bound(index), weighted_nodes_.upper_bound(index)))
+      addWeights(model_.nodes[node].weights);
     const Json* primitives = find(mesh, "primitives");
     if (!primitives || !primitives->is_array()) refuse(where, "has no array \"primitives\"");
     spend(primitives->size());
@@ -236,17 +249,20 @@ class GltfDocument : private GltfJson {
     return result;
   }
 
+  /// Those that some weight moves; others are not read.
   std::vector<std::optional<std::size_t>> morphTargets(const Json& primitive, const std::string& where) {
     std::vector<std::optional<std::size_t>> targets;
     const Json* found = find(primitive, "targets");
     if (!found) return targets;
-    if (!found->is_array()) refuse(where + ".targets", "is not an array");
-    spend(found->size());
-    for (const Json& target : *found) {
-      const std::string target_where = where + "." + place("targets", targets.size());
+    for (const std::size_t k : moving_targets_) {
+      if (!found->is_array()) refuse(where + ".targets", "is not an array");
+      if (k >= found->size()) break;
+      const Json& target = (*found)[k];
+      const std::string target_where = where + "." + place("targets", k);
       if (!target.is_object()) refuse(target_where, "is not an object");
-      targets.push_back(findUnsigned(target, "POSITION", target_where));
-      if (targets.back()) addAccessor(*targets.back(), "VEC3", kPositionTypes, target_where);
+      targets.resize(k + 1);
+      targets[k] = findUnsigned(target, "POSITION", target_where);
+      if (targets[k]) addAccessor(*targets[k], "VEC3", kPositionTypes, target_where);
     }
     return targets;
   }
@@ -421,8 +437,10 @@ class GltfDocument : private GltfJson {
   GltfBuffers buffers_;
   GltfModel model_;
   std::size_t elements_ = 0;
-  std::uint64_t triangles_left_;                           // remaining limit for compressed primitives
-  std::map<std::uint64_t, std::uint64_t> unpacked_bytes_;  // decoded so far, for each buffer
+  std::multimap<std::size_t, std::size_t> weighted_nodes_;  // of each mesh
+  std::set<std::size_t> moving_targets_;                    // of the current mesh: those that have a weight at some node
+  std::uint64_t triangles_left_;                            // remaining limit for compressed primitives
+  std::map<std::uint64_t, std::uint64_t> unpacked_bytes_;   // decoded so far, for each buffer
   std::map<std::pair<std::uint64_t, std::vector<std::uint64_t>>, GltfModel::Primitive> unpacked_primitives_;
 };
 

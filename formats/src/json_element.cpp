@@ -32,7 +32,12 @@ std::string adviceAt(std::string_view text, std::size_t at) {
 
 std::string jsonFault(std::string_view text, const nlohmann::json::exception& error) {
   const auto* parse_error = dynamic_cast<const nlohmann::json::parse_error*>(&error);
-  if (!parse_error) return "is not JSON: a number is too large.";  // the parser gives no place
+  if (!parse_error) {  // a number out of range: the parser gives it, but no place
+    const std::string_view what = error.what();
+    const std::size_t from = std::min(what.find('\''), what.size()), to = what.find('\'', std::min(from + 1, what.size()));
+    const bool is_found = to != std::string_view::npos;
+    return "is not JSON: the number " + (is_found ? inQuotes(what.substr(from + 1, to - from - 1)) : "") + " is too large.";
+  }
   // The parser reports the last byte that it read, from 1: the end of the unexpected word.
   std::size_t at = parse_error->byte > 0 ? parse_error->byte - 1 : 0;
   const auto isWord = [&](std::size_t i) {

@@ -11,6 +11,7 @@
 
 #include "spheretree/core/mesh_edit.h"
 #include "spheretree/formats/errors.h"
+#include "spheretree/formats/safe_name.h"
 #include "text_scan.h"
 
 namespace spheretree::formats {
@@ -138,7 +139,7 @@ void MeshAssembly::renameParts(std::span<const std::string> names) {
   part_names_ = std::move(distinct);
 }
 
-void MeshAssembly::addTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+void MeshAssembly::addTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t face) {
   if (!part_entered_) {
     const auto [entry, is_new] = part_index_.try_emplace(part_name_, static_cast<std::uint32_t>(part_names_.size()));
     if (is_new) part_names_.push_back(part_name_);
@@ -147,10 +148,11 @@ void MeshAssembly::addTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c
   }
   triangles_.push_back({a, b, c});
   part_.push_back(current_part_);
+  face_of_triangle_.push_back(face);
 }
 
-void MeshAssembly::addPolygon(std::span<const std::uint32_t> corners) {
-  if (corners.size() == 3) return addTriangle(corners[0], corners[1], corners[2]);
+void MeshAssembly::addPolygon(std::span<const std::uint32_t> corners, std::uint32_t face) {
+  if (corners.size() == 3) return addTriangle(corners[0], corners[1], corners[2], face);
   if (corners.size() < 3) {
     ++short_faces_;
     return;
@@ -168,7 +170,7 @@ void MeshAssembly::addPolygon(std::span<const std::uint32_t> corners) {
   bool fan_fits = true;
   for (std::size_t i = 1; i + 1 < corners.size() && fan_fits; ++i) fan_fits = arm(i).cross(arm(i + 1)).dot(normal) > 0;
   if (fan_fits) {
-    for (std::size_t i = 1; i + 1 < corners.size(); ++i) addTriangle(corners[0], corners[i], corners[i + 1]);
+    for (std::size_t i = 1; i + 1 < corners.size(); ++i) addTriangle(corners[0], corners[i], corners[i + 1], face);
     return;
   }
   if (corners.size() > kMaxConcaveCorners)
@@ -183,7 +185,7 @@ void MeshAssembly::addPolygon(std::span<const std::uint32_t> corners) {
     const Eigen::Vector3d p = arm(i);
     points.push_back(normal[axis] >= 0 ? Point2{p[u], p[v]} : Point2{p[v], p[u]});
   }
-  clipEars(points, [&](std::size_t a, std::size_t b, std::size_t c) { addTriangle(corners[a], corners[b], corners[c]); });
+  clipEars(points, [&](std::size_t a, std::size_t b, std::size_t c) { addTriangle(corners[a], corners[b], corners[c], face); });
 }
 
 MeshFile MeshAssembly::finish(std::string format) {
@@ -195,6 +197,8 @@ MeshFile MeshAssembly::finish(std::string format) {
            ". A solid needs faces: export the surface as triangles.");
   MeshFile file;
   file.unit_mm = unit_mm_;
+  file.face_of_triangle = std::move(face_of_triangle_);
+  file.faces = faces_;
   file.format = std::move(format);
 
   file.mesh.positions = std::move(positions_);
@@ -206,6 +210,15 @@ MeshFile MeshAssembly::finish(std::string format) {
   if (part_names_.size() > 1 || !part_names_[0].empty()) {
     file.mesh.part = std::move(part_);
     file.mesh.part_names = std::move(part_names_);
+    std::size_t recoded = 0;
+    for (std::string& part : file.mesh.part_names) {
+      const std::string utf8 = asUtf8(part);
+      recoded += utf8 != part;
+      part = utf8;
+    }
+    if (recoded > 0)
+      note(std::to_string(recoded) + (recoded == 1 ? " name of a part is" : " names of parts are") +
+           " not UTF-8; they are read as Latin-1.");
   }
 
   const auto noteCount = [&](std::size_t count, const char* one, const char* many, const char* what) {

@@ -45,7 +45,7 @@ class ObjReader {
     std::size_t from = 0;
     for (const Polygon& polygon : waiting_) {
       assembly_.beginPart(polygon.part);
-      assembly_.addPolygon(std::span<const std::uint32_t>(waiting_corners_).subspan(from, polygon.corners));
+      assembly_.addPolygon(std::span<const std::uint32_t>(waiting_corners_).subspan(from, polygon.corners), polygon.face);
       from += polygon.corners;
     }
     nameParts();
@@ -56,6 +56,7 @@ class ObjReader {
  private:
   struct Polygon {
     std::size_t corners;
+    std::uint32_t face;
     std::string part;
   };
 
@@ -140,7 +141,7 @@ class ObjReader {
       corners_.push_back(static_cast<std::uint32_t>(number - 1));
     }
     if (!is_forward) return assembly_.addPolygon(corners_);
-    waiting_.push_back({corners_.size(), assembly_.partName()});
+    waiting_.push_back({corners_.size(), assembly_.newFace(), assembly_.partName()});
     waiting_corners_.insert(waiting_corners_.end(), corners_.begin(), corners_.end());
   }
 
@@ -156,9 +157,9 @@ class ObjReader {
   Lines lines_;
   std::size_t line_ = 0, face_ = 0, free_forms_ = 0;  // face_: number of the current face, from 1
   std::string joined_;
-  Division division_;                              // of the following faces
-  std::map<Division, std::string> divisions_;      // the key of each as a part of `assembly_`
-  std::map<std::string, Division> division_of_;    // the inverse
+  Division division_;                            // of the following faces
+  std::map<Division, std::string> divisions_;    // the key of each as a part of `assembly_`
+  std::map<std::string, Division> division_of_;  // the inverse
   std::vector<std::uint32_t> corners_;
   std::vector<ForwardReference> forward_;
   std::vector<Polygon> waiting_;

@@ -13,8 +13,8 @@
 namespace spheretree::formats {
 namespace {
 
-/// Programs write each vertex and each face on a line of its own, where colours may follow. The format itself only counts
-/// words, and some old programs break lines anywhere.
+/// Programs write each vertex and each face on a line of its own, where colours may follow. The format itself only
+/// counts words, and some old programs break lines anywhere.
 enum class Layout { Lines, Words };
 
 class OffReader {
@@ -93,7 +93,8 @@ class OffReader {
       std::int64_t number = 0;
       if (!parseInteger(word, number) || number < 0)
         assembly_.refuseLine(
-            lines_.number(), inQuotes(word) + " is not a count; here stand the numbers of vertices, faces and edges. Export the mesh again.");
+            lines_.number(),
+            inQuotes(word) + " is not a count; here stand the numbers of vertices, faces and edges. Export the mesh again.");
       *count = static_cast<std::uint64_t>(number);
     }
     if (layout_ == Layout::Words) takeNext();  // the number of edges

@@ -32,7 +32,10 @@ constexpr std::array kMagics{
     Magic{0, "/annex/objects/"sv, "a pointer of git-annex, without the mesh", "Fetch the mesh in its repository: git annex get NAME."},
     Magic{0, "\x1f\x8b"sv, "compressed by gzip", "Unpack it: gunzip < NAME > mesh."},
     Magic{0, "BZh"sv, "compressed by bzip2", "Unpack it: bunzip2 < NAME > mesh."},
-    Magic{0, "\xfd" "7zXZ\0"sv, "compressed by xz", "Unpack it: unxz < NAME > mesh."},
+    Magic{0,
+          "\xfd"
+          "7zXZ\0"sv,
+          "compressed by xz", "Unpack it: unxz < NAME > mesh."},
     Magic{0, "\x28\xb5\x2f\xfd"sv, "compressed by zstd", "Unpack it: unzstd < NAME > mesh."},
     Magic{0, "7z\xbc\xaf\x27\x1c"sv, "a 7z archive", "Unpack it: 7z x NAME."},
     Magic{0, "Rar!\x1a\x07"sv, "a RAR archive", "Unpack it: unar NAME."},
@@ -70,13 +73,16 @@ constexpr std::array kMagics{
     Magic{0, "404: Not Found"sv, "the answer of a server that has no such file", "Download the mesh again, from an address that has it."}};
 
 // Lower case; found in a text that begins with '<'.
-constexpr std::array kMarkup{
-    Magic{0, "<!doctype html"sv, "a web page (HTML)", ""}, Magic{0, "<html"sv, "a web page (HTML)", ""},
-    Magic{0, "<vtkfile"sv, "a VTK file", kSurface},        Magic{0, "<collada"sv, "a Collada file (DAE)", kImport},
-    Magic{0, "<x3d"sv, "an X3D file", kImport},            Magic{0, "<amf"sv, "an AMF file", kImport},
-    Magic{0, "<hps"sv, "a scan of 3Shape (DCM)", "Export it as STL or PLY from the program of the scanner."},
-    Magic{0, "<svg"sv, "a drawing (SVG)", kPicture},       Magic{0, "<robot"sv, "a robot (URDF)", "Give it to spheretree robot."},
-    Magic{0, "<mujoco"sv, "a robot (MJCF)", "Give the meshes that it names."}};
+constexpr std::array kMarkup{Magic{0, "<!doctype html"sv, "a web page (HTML)", ""},
+                             Magic{0, "<html"sv, "a web page (HTML)", ""},
+                             Magic{0, "<vtkfile"sv, "a VTK file", kSurface},
+                             Magic{0, "<collada"sv, "a Collada file (DAE)", kImport},
+                             Magic{0, "<x3d"sv, "an X3D file", kImport},
+                             Magic{0, "<amf"sv, "an AMF file", kImport},
+                             Magic{0, "<hps"sv, "a scan of 3Shape (DCM)", "Export it as STL or PLY from the program of the scanner."},
+                             Magic{0, "<svg"sv, "a drawing (SVG)", kPicture},
+                             Magic{0, "<robot"sv, "a robot (URDF)", "Give it to spheretree robot."},
+                             Magic{0, "<mujoco"sv, "a robot (MJCF)", "Give the meshes that it names."}};
 
 OtherContent filled(const Magic& magic, const std::string& name) {
   std::string next(magic.next);
@@ -93,7 +99,8 @@ std::optional<OtherContent> markupOf(std::string_view start, const std::string& 
     if (!magic.next.empty()) return filled(magic, name);
     return OtherContent{std::string(magic.what), "Download the mesh itself, not the page that shows it; on GitHub by Download raw file."};
   }
-  if (text.starts_with("<?xml")) return OtherContent{"an XML file, but no mesh that is known", "Give a mesh: .obj, .stl, .ply, .off, .gltf or .glb."};
+  if (text.starts_with("<?xml"))
+    return OtherContent{"an XML file, but no mesh that is known", "Give a mesh: .obj, .stl, .ply, .off, .gltf or .glb."};
   return std::nullopt;
 }
 

@@ -51,8 +51,8 @@ struct Facets {
   std::string note;
 };
 
-/// Facets that are followed by as many bytes as their attribute says, or by `bytes_each`. Empty if the last one does not
-/// end where the file does.
+/// Facets that are followed by as many bytes as their attribute says, or by `bytes_each`. Empty if the last one does
+/// not end where the file does.
 Facets facetsAlong(std::span<const char> bytes, std::size_t count, std::optional<std::size_t> bytes_each) {
   Facets out;
   std::size_t at = kHeaderBytes;
@@ -77,7 +77,8 @@ bool areLikely(std::span<const char> bytes, const std::vector<std::size_t>& face
     for (std::size_t k = 0; k < v.size(); ++k) v[k] = std::bit_cast<float>(littleUint32(bytes.data() + at + 4 * k));
     const bool finite = std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); });
     const double normal = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    const bool is_point = std::equal(v.begin() + 3, v.begin() + 6, v.begin() + 6) && std::equal(v.begin() + 3, v.begin() + 6, v.begin() + 9);
+    const bool is_point =
+        std::equal(v.begin() + 3, v.begin() + 6, v.begin() + 6) && std::equal(v.begin() + 3, v.begin() + 6, v.begin() + 9);
     likely += finite && !is_point && (normal == 0 || std::abs(normal - 1) < 0.1);
   }
   return 2 * likely > facets.size();
@@ -89,8 +90,8 @@ std::vector<std::size_t> tightFacets(std::size_t count) {
   return at;
 }
 
-/// Many programs write binary files that are not as the format says. An arrangement is taken if its last facet ends where
-/// the file does; if nothing but the size speaks for it, its facets must be likely, too.
+/// Many programs write binary files that are not as the format says. An arrangement is taken if its last facet ends
+/// where the file does; if nothing but the size speaks for it, its facets must be likely, too.
 Facets findFacets(std::span<const char> bytes, const MeshAssembly& assembly) {
   const std::size_t announced = littleUint32(bytes.data() + 80), body = bytes.size() - kHeaderBytes;
   const std::size_t room = body / kFacetBytes, spare = body % kFacetBytes;

@@ -132,7 +132,8 @@ TEST(Obj, TakesTheBytesThatOldProgramsPutAtTheEnd) {
 }
 
 TEST(Obj, ANumberTooSmallForDoublePrecisionIsZero) {
-  for (const char* tiny : {"1e-400", "-3.5E-0999", "0.000e-400", "0.0001e-9999999999999999999", "12345e-500", "1e-99999999999999999999999"}) {
+  for (const char* tiny :
+       {"1e-400", "-3.5E-0999", "0.000e-400", "0.0001e-9999999999999999999", "12345e-500", "1e-99999999999999999999999"}) {
     const MeshFile file = readObjText(std::string("v ") + tiny + " 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     EXPECT_EQ(file.mesh.positions[0], Eigen::Vector3d(0, 0, 0)) << tiny;
   }

@@ -56,7 +56,8 @@ TEST(Off, WordsMayBeBrokenIntoLinesAnywhere) {
     word.clear();
   }
   const std::string coloured =
-      "CNOFF\n4 4 6\n0 0 0 0 0 1 255 0 0\n255 1 0 0 0 0 1 255 0 0 255\n0 1 0 0 0 1 255 0 0 255 0 0 1 0 0 1 255 0 0 255\n3 0 2 1 3 0 1 3\n3 0 3 2 "
+      "CNOFF\n4 4 6\n0 0 0 0 0 1 255 0 0\n255 1 0 0 0 0 1 255 0 0 255\n0 1 0 0 0 1 255 0 0 255 0 0 1 0 0 1 255 0 0 255\n3 0 2 1 3 0 1 3\n3 "
+      "0 3 2 "
       "3 1 2 3\n";
   for (const std::string& text : {one_each, one_line, "OFF\n" + pairs, coloured}) {
     const TriangleMesh mesh = readOffText(text).mesh;

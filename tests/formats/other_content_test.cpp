@@ -53,7 +53,8 @@ TEST(OtherContent, IsNamedForWhatItIsWithANextStep) {
 }
 
 TEST(OtherContent, SaysNothingOfMeshes) {
-  for (const std::string& bytes : {""s, "solid x\nfacet"s, "v 0 0 0\n"s, "ply\n"s, "OFF\n"s, "glTF"s, "{\"asset\": 1}"s, std::string(600, '\0')})
+  for (const std::string& bytes :
+       {""s, "solid x\nfacet"s, "v 0 0 0\n"s, "ply\n"s, "OFF\n"s, "glTF"s, "{\"asset\": 1}"s, std::string(600, '\0')})
     EXPECT_FALSE(otherContentOf(test::charsOf(bytes), "F")) << bytes;
 }
 

@@ -34,7 +34,7 @@ struct CompareOptions {
   std::vector<fs::path> meshes;
   std::vector<std::string> builders = pipeline::namesOf(pipeline::kBuilders), qualities = pipeline::namesOf(pipeline::kQualities);
   std::vector<fs::path> spheres;  // of other programs
-  std::string unit, spheres_unit = "m";
+  std::string unit, spheres_unit;
   pipeline::ComparisonSettings settings;
 };
 
@@ -70,7 +70,7 @@ std::vector<ComparedMesh> readMeshes(const CompareOptions& options, bool quiet, 
 void addSpheres(const CompareOptions& options, std::vector<ComparedMesh>& meshes, bool quiet) {
   std::vector<std::set<std::string>> taken(meshes.size(), {options.builders.begin(), options.builders.end()});
   for (const fs::path& file : options.spheres) {
-    const robot::SphereFile read = robot::readSphereFile(file, formats::unitInMm(options.spheres_unit));
+    const robot::SphereFile read = robot::readSphereFile(file, spheresUnit(options.spheres_unit));
     if (!quiet && read.without_volume > 0)
       say(file.string() + ": " + counted(read.without_volume, "sphere") + " with a radius of 0 or below left out.");
     bool is_used = false;
@@ -175,9 +175,7 @@ void addCompareCommand(Program& program) {
                   "Also show the spheres of other programs in the charts: files of cuRobo, foam, ballpark, MorphIt, XRDF, SRDF, URDF or "
                   "MJCF; if a file has several links, the link that is named like the mesh file is used")
       ->type_name("FILE...");
-  app->add_option("--spheres-unit", options->spheres_unit, "Unit of the numbers in these files: mm, cm, m or in; default m")
-      ->type_name("UNIT")
-      ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
+  addSpheresUnit(*app, options->spheres_unit);
   addTreeSize(*app, options->settings.build.levels, options->settings.build.branching);
   app->add_option("--sensitivity,--stability", options->settings.rotations,
                   "Add a table of how much the trees change when the mesh is rotated (N times), shifted slightly, reordered, scaled or "

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,8 @@ namespace spheretree::tool {
 
 struct EvaluateRobotOptions {
   std::filesystem::path urdf, spheres;
-  std::string link;  // "": all
-  double sphere_unit_mm = 1000;
+  std::string link;                      // "": all
+  std::optional<double> sphere_unit_mm;  // empty: as the file states it, or metres
   std::vector<std::filesystem::path> packages;
   std::string repair = "auto";
   bool json = false;
