@@ -143,6 +143,15 @@ case_components() {
   expect 0 build both.obj --parts '#1' -o right.stree --quality quick --levels 2
   cmp right.stree work/a/right.stree || fail "another component than of build"
   expect 0 report work/a -o work/a.html
+  # With --components each of them becomes an object; names keep letters of every script.
+  expect 0 scene both.obj -o work/one.scene.json
+  [ "$(grep -c '"part"' work/one.scene.json)" = 0 ] || fail "parts of a file without parts"
+  cp both.obj 上颌.obj
+  expect 0 scene 上颌.obj --components -o work/c.scene.json
+  says '"name": "上颌_1"' work/c.scene.json
+  says '"part": "#1"' work/c.scene.json
+  expect 0 batch work/c.scene.json -o work/c --dry-run
+  says "3 to build" out
   sed 's/#1/#2/' a.scene.json >b.scene.json
   expect 6 batch b.scene.json -o work/b
   says "right: the mesh has no component #2; it has 2" err
