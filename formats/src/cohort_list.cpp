@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kMaxNameLength = 100;
 constexpr const char* kReserved = "cache";  // name of a folder beside those of the patients
 
-bool isSafeName(std::string_view name) {
+bool isPatientName(std::string_view name) {
   const auto isWord = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_'; };
   return !name.empty() && name.size() <= kMaxNameLength && isWord(name[0]) &&
          std::all_of(name.begin(), name.end(), [&](char c) { return isWord(c) || c == '.'; });
@@ -29,7 +29,7 @@ CohortPatient parsePatient(std::string_view line, const JsonSource& source) {
   const JsonElement root(parsed, "", source);
   root.onlyKeys({"patient", "scene"});
   CohortPatient patient{root.at("patient").text(), root.at("scene").text()};
-  if (!isSafeName(patient.name) || lowerCase(patient.name) == kReserved)
+  if (!isPatientName(patient.name) || lowerCase(patient.name) == kReserved)
     root.at("patient").fail("is " + inQuotes(patient.name) + ", which cannot name a folder of results. Take 1 to " +
                             std::to_string(kMaxNameLength) + " letters, digits, -, _ and dots, with no dot in front, and not \"" +
                             kReserved + "\"");

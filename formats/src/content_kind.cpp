@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "other_content.h"
 #include "text_scan.h"
 
 namespace spheretree::formats {
@@ -59,11 +60,11 @@ const char* nameOf(MeshKind kind) {
 std::string describedContent(std::string_view bytes) {
   if (bytes.empty()) return "empty";
   if (bytes.starts_with("\x89STREE")) return "a sphere-tree (.stree)";
-  if (bytes.starts_with("\x89PNG")) return "a picture (PNG)";
   const std::span<const char> content(bytes.data(), bytes.size());
   const std::optional<MeshKind> kind = meshKindOf(content);
   if (kind && (*kind != MeshKind::Gltf || bytes.starts_with("glTF"))) return std::string("a mesh (") + nameOf(*kind) + ")";
   if (hasSizeOfBinaryStl(content)) return "a mesh (STL)";
+  if (const std::optional<OtherContent> other = otherContentOf(content, "")) return other->what;
   const std::size_t first = bytes.find_first_not_of(" \t\r\n");
   if (first != std::string_view::npos && (bytes[first] == '{' || bytes[first] == '[')) return "JSON";
   const std::string_view line = bytes.substr(0, bytes.find('\n'));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "json_element.h"
 #include "little_endian.h"
 #include "text_scan.h"
 
@@ -79,7 +80,7 @@ void GltfJson::parse(std::span<const char> text) {
   try {
     root_ = nlohmann::json::parse(text.begin(), text.end());
   } catch (const nlohmann::json::exception& error) {
-    assembly_.refuse("its JSON is damaged: " + std::string(error.what()) + ". Export it again.");
+    assembly_.refuse(jsonFault({text.data(), text.size()}, error) + " The file is damaged: export it again.");
   }
   if (!root_.is_object()) assembly_.refuse("its JSON is not an object. Export it again.");
 }

@@ -5,6 +5,8 @@
 #include <initializer_list>
 #include <limits>
 #include <map>
+#include <ranges>
+#include <set>
 #include <string_view>
 
 #include "draco_mesh.h"
@@ -52,9 +54,12 @@ class GltfDocument : private GltfJson {
     reserve("nodes", model_.nodes);
     reserve("scenes", model_.scenes);
     reserve("skins", model_.skins);
-    std::vector<bool> is_used(model_.meshes.size());
     for (std::size_t n = 0; n < model_.nodes.size(); ++n) {
       addNode(n);
+      if (model_.nodes[n].mesh && !model_.nodes[n].weights.empty()) weighted_nodes_.emplace(*model_.nodes[n].mesh, n);
+    }
+    std::vector<bool> is_used(model_.meshes.size());
+    for (std::size_t n = 0; n < model_.nodes.size(); ++n) {
       const std::optional<std::size_t> mesh = model_.nodes[n].mesh;
       if (!mesh || is_used[*mesh]) continue;
       is_used[*mesh] = true;
@@ -66,6 +71,7 @@ class GltfDocument : private GltfJson {
       const Json& scene = element("scenes", index, "\"scene\"");
       model_.scenes[index] = indices(scene, "nodes", "nodes", place("scenes", index));
     }
+    model_.animations = array("animations").size();
     buffers_.moveInto(model_.opened);
     return std::move(model_);
   }
@@ -84,7 +90,8 @@ class GltfDocument : private GltfJson {
   void checkExtensions() const {
     static constexpr std::string_view kKnown[] = {
         "KHR_mesh_quantization",      "EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_mesh_gpu_instancing",
-        "KHR_draco_mesh_compression", "KHR_lights_punctual",     "KHR_animation_pointer",   "KHR_xmp_json_ld"};
+        "KHR_draco_mesh_compression", "KHR_lights_punctual",     "KHR_animation_pointer",   "KHR_xmp_json_ld",
+        "KHR_node_visibility"};
     static constexpr std::string_view kHarmlessKinds[] = {"KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "EXT_lights_"};
     for (const Json& entry : array("extensionsRequired")) {
       if (!entry.is_string()) refuse("extensionsRequired", "holds something other than names");
@@ -130,6 +137,14 @@ class GltfDocument : private GltfJson {
     return found->get<std::vector<double>>();
   }
 
+  /// The weights of morph targets; empty if there are none that are numbers.
+  static std::vector<double> weights(const Json& object) {
+    const Json* found = find(object, "weights");
+    const bool are_numbers =
+        found && found->is_array() && std::all_of(found->begin(), found->end(), [](const Json& n) { return n.is_number(); });
+    return are_numbers ? found->get<std::vector<double>>() : std::vector<double>();
+  }
+
   std::uint64_t componentOf(const Json& object, Components allowed, const std::string& where) const {
     const std::uint64_t component = getUnsigned(object, "componentType", where);
     if (!isOneOf(allowed, component)) refuse(where, "has componentType " + std::to_string(component) + ", which does not fit its use");
@@ -150,6 +165,9 @@ class GltfDocument : private GltfJson {
       node.translation = numbers(from, "translation", 3, where);
     }
     node.children = indices(from, "children", "nodes", where);
+    node.weights = weights(from);
+    if (const Json* visibility = findExtension(from, "KHR_node_visibility"))
+      if (const Json* visible = find(*visibility, "visible")) node.is_visible = !visible->is_boolean() || visible->get<bool>();
     const std::optional<std::uint64_t> mesh = findUnsigned(from, "mesh", where);
     if (!mesh) return;
     node.mesh = checked("meshes", *mesh, where);
@@ -185,6 +203,15 @@ class GltfDocument : private GltfJson {
     const Json& mesh = element("meshes", index, from);
     const std::string where = place("meshes", index);
     model_.meshes[index].name = findText(mesh, "name");
+    model_.meshes[index].weights = weights(mesh);
+    moving_targets_.clear();
+    const auto addWeights = [&](const std::vector<double>& all) {
+      for (std::size_t k = 0; k < all.size(); ++k)
+        if (all[k] != 0) moving_targets_.insert(k);
+    };
+    addWeights(model_.meshes[index].weights);
+    for (const auto& [k, node] : std::ranges::subrange(weighted_nodes_.lower_bound(index), weighted_nodes_.upper_bound(index)))
+      addWeights(model_.nodes[node].weights);
     const Json* primitives = find(mesh, "primitives");
     if (!primitives || !primitives->is_array()) refuse(where, "has no array \"primitives\"");
     spend(primitives->size());
@@ -199,7 +226,11 @@ class GltfDocument : private GltfJson {
     if (result.mode > 6) refuse(where + ".mode", "is " + std::to_string(result.mode) + ", which does not exist");
     if (result.mode < 4) return result;  // points and lines
     const Json& attributes = getObject(object, "attributes", where);
-    if (const Json* draco = findExtension(object, "KHR_draco_mesh_compression")) return unpacked(*draco, attributes, result.mode, where);
+    if (const Json* draco = findExtension(object, "KHR_draco_mesh_compression")) {
+      result = unpacked(*draco, attributes, result.mode, where);
+      result.morph_targets = morphTargets(object, where);
+      return result;
+    }
     result.positions = getUnsigned(attributes, "POSITION", where + ".attributes");
     addAccessor(result.positions, "VEC3", kPositionTypes, where);
     const std::vector<std::string> keys = skinAttributes(attributes);
@@ -214,7 +245,26 @@ class GltfDocument : private GltfJson {
     }
     result.indices = findUnsigned(object, "indices", where);
     if (result.indices) addIndices(*result.indices, where);
+    result.morph_targets = morphTargets(object, where);
     return result;
+  }
+
+  /// Those that some weight moves; others are not read.
+  std::vector<std::optional<std::size_t>> morphTargets(const Json& primitive, const std::string& where) {
+    std::vector<std::optional<std::size_t>> targets;
+    const Json* found = find(primitive, "targets");
+    if (!found) return targets;
+    for (const std::size_t k : moving_targets_) {
+      if (!found->is_array()) refuse(where + ".targets", "is not an array");
+      if (k >= found->size()) break;
+      const Json& target = (*found)[k];
+      const std::string target_where = where + "." + place("targets", k);
+      if (!target.is_object()) refuse(target_where, "is not an object");
+      targets.resize(k + 1);
+      targets[k] = findUnsigned(target, "POSITION", target_where);
+      if (targets[k]) addAccessor(*targets[k], "VEC3", kPositionTypes, target_where);
+    }
+    return targets;
   }
 
   /// JOINTS_0, WEIGHTS_0, JOINTS_1, ... up to the first incomplete pair.
@@ -387,8 +437,10 @@ class GltfDocument : private GltfJson {
   GltfBuffers buffers_;
   GltfModel model_;
   std::size_t elements_ = 0;
-  std::uint64_t triangles_left_;                           // remaining limit for compressed primitives
-  std::map<std::uint64_t, std::uint64_t> unpacked_bytes_;  // decoded so far, for each buffer
+  std::multimap<std::size_t, std::size_t> weighted_nodes_;  // of each mesh
+  std::set<std::size_t> moving_targets_;                    // of the current mesh: those that have a weight at some node
+  std::uint64_t triangles_left_;                            // remaining limit for compressed primitives
+  std::map<std::uint64_t, std::uint64_t> unpacked_bytes_;   // decoded so far, for each buffer
   std::map<std::pair<std::uint64_t, std::vector<std::uint64_t>>, GltfModel::Primitive> unpacked_primitives_;
 };
 

@@ -42,10 +42,12 @@ struct GltfModel {
     std::size_t positions = 0;  // accessor
     std::optional<std::size_t> indices;
     std::vector<std::pair<std::size_t, std::size_t>> skin_sets;  // JOINTS_n and WEIGHTS_n
+    std::vector<std::optional<std::size_t>> morph_targets;       // accessors of displacements; empty: moves no position
   };
   struct Mesh {
     std::string name;
     std::vector<Primitive> primitives;
+    std::vector<double> weights;  // of the morph targets
   };
   struct Instances {  // accessors
     std::optional<std::size_t> translation, rotation, scale;
@@ -56,6 +58,8 @@ struct GltfModel {
     std::vector<double> matrix, rotation, scale, translation;  // 16, 4, 3 and 3 numbers, or empty
     std::optional<std::size_t> mesh, skin;
     std::optional<Instances> instances;
+    std::vector<double> weights;  // override those of the mesh, if there are any
+    bool is_visible = true;       // with its children
   };
   struct Skin {
     std::vector<std::size_t> joints;
@@ -71,6 +75,7 @@ struct GltfModel {
   std::vector<std::vector<std::size_t>> scenes;  // their root nodes
   std::optional<std::size_t> scene;              // the default scene
   std::vector<std::vector<unsigned char>> opened;
+  std::size_t animations = 0;
 };
 
 /// Limit of the triangles, primitives, nodes and instances in a file of this size.

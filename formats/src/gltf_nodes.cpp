@@ -20,10 +20,11 @@ GltfNodes::GltfNodes(const GltfModel& model, GltfAccessors& accessors, MeshAssem
   struct Visit {
     std::size_t node;
     GltfPose parent;
+    bool is_visible;
   };
   std::vector<Visit> stack;  // a stack of its own, since a file may nest nodes deeper than the machine's stack allows
   const std::vector<std::size_t> roots = rootNodes();
-  for (std::size_t k = roots.size(); k-- > 0;) stack.push_back({roots[k], GltfPose{}});
+  for (std::size_t k = roots.size(); k-- > 0;) stack.push_back({roots[k], GltfPose{}, true});
   while (!stack.empty()) {
     const Visit visit = stack.back();
     stack.pop_back();
@@ -33,9 +34,10 @@ GltfNodes::GltfNodes(const GltfModel& model, GltfAccessors& accessors, MeshAssem
     if (!place_of_.try_emplace(index, placed_.size()).second)
       refuseElement(assembly_, where, "is reached twice: nodes must form trees, without cycles");
     const GltfPose pose = visit.parent * poseOf(node, where);
-    placed_.push_back({index, pose});
+    const bool is_visible = visit.is_visible && node.is_visible;
+    placed_.push_back({index, pose, is_visible});
     work_.spend(node.children.size());
-    for (std::size_t k = node.children.size(); k-- > 0;) stack.push_back({node.children[k], pose});
+    for (std::size_t k = node.children.size(); k-- > 0;) stack.push_back({node.children[k], pose, is_visible});
   }
 }
 

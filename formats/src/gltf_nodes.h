@@ -24,6 +24,7 @@ class GltfNodes {
   struct Placed {
     std::size_t node;
     GltfPose pose;  // in the scene
+    bool is_visible;
   };
 
   /// Traverses the scene. Refers to all arguments, which must outlive it.

@@ -19,7 +19,9 @@ std::vector<unsigned char> GltfUris::open(const std::string& uri, const std::str
       refuseElement(assembly_, where + ".uri", "is a data URI, but not of base64");
     return decodeBase64(std::string_view(uri).substr(comma + 1), where);
   }
-  const std::filesystem::path path = resolve(percentDecoded(uri, where), where);
+  std::string slashed = uri;  // as every viewer takes it: a backslash, from a program on Windows, parts folders
+  std::replace(slashed.begin(), slashed.end(), '\\', '/');
+  const std::filesystem::path path = resolve(percentDecoded(slashed, where), where);
   if (external_bytes_ >= kMaxFileBytes) refuseElement(assembly_, where, "is one of buffers of more than 4 GiB together");
   const std::vector<std::byte> file = readFile(path, kMaxFileBytes - external_bytes_);
   external_bytes_ += file.size();

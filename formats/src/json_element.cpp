@@ -28,13 +28,16 @@ std::string adviceAt(std::string_view text, std::size_t at) {
   return "something else is expected at " + inQuotes(rest.substr(0, std::min<std::size_t>(20, rest.find('\n'))));
 }
 
-/// The message depends on whether the parser stopped at a number that is out of range for double: it then gives no
-/// place.
-[[noreturn]] void failParse(std::string_view text, const JsonSource& source, const nlohmann::json::exception& error) {
-  const std::string kind = describedContent(text);
-  if (!kind.empty() && kind != "JSON") throw FormatError(source.name + ": is " + kind + ", not " + source.what + ".");
+}  // namespace
+
+std::string jsonFault(std::string_view text, const nlohmann::json::exception& error) {
   const auto* parse_error = dynamic_cast<const nlohmann::json::parse_error*>(&error);
-  if (!parse_error) throw FormatError(source.name + ": is not JSON: a number is too large.");
+  if (!parse_error) {  // a number out of range: the parser gives it, but no place
+    const std::string_view what = error.what();
+    const std::size_t from = std::min(what.find('\''), what.size()), to = what.find('\'', std::min(from + 1, what.size()));
+    const bool is_found = to != std::string_view::npos;
+    return "is not JSON: the number " + (is_found ? inQuotes(what.substr(from + 1, to - from - 1)) : "") + " is too large.";
+  }
   // The parser reports the last byte that it read, from 1: the end of the unexpected word.
   std::size_t at = parse_error->byte > 0 ? parse_error->byte - 1 : 0;
   const auto isWord = [&](std::size_t i) {
@@ -44,10 +47,8 @@ std::string adviceAt(std::string_view text, std::size_t at) {
   const bool ends_word = at > 0 && at < text.size() && !isWord(at) && isWord(at - 1);  // "tru}" stops at the bracket
   if (ends_word) --at;
   while (at > 0 && at < text.size() && isWord(at) && isWord(at - 1)) --at;
-  throw FormatError(source.name + ": " + placeAt(text, at) + ": is not JSON: " + adviceAt(text, at) + ".");
+  return placeAt(text, at) + ": is not JSON: " + adviceAt(text, at) + ".";
 }
-
-}  // namespace
 
 nlohmann::json parseJson(std::string_view text, const JsonSource& source) {
   // The keys of the open objects. Of two equal keys a parser silently drops one.
@@ -62,7 +63,9 @@ nlohmann::json parseJson(std::string_view text, const JsonSource& source) {
   try {
     return nlohmann::json::parse(text.begin(), text.end(), refuseTwins);
   } catch (const nlohmann::json::exception& error) {
-    failParse(text, source, error);
+    const std::string kind = describedContent(text);
+    if (!kind.empty() && kind != "JSON") throw FormatError(source.name + ": is " + kind + ", not " + source.what + ".");
+    throw FormatError(source.name + ": " + jsonFault(text, error));
   }
 }
 

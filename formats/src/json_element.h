@@ -26,6 +26,9 @@ struct JsonSource {
 /// @throws FormatError with the place of the first error, including duplicate keys in an object.
 nlohmann::json parseJson(std::string_view text, const JsonSource& source);
 
+/// The first error of a text that could not be parsed: "line 2, column 7: is not JSON: ...".
+std::string jsonFault(std::string_view text, const nlohmann::json::exception& error);
+
 /// Refers to the value and the source, which must outlive it.
 class JsonElement {
  public:

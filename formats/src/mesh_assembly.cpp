@@ -11,6 +11,7 @@
 
 #include "spheretree/core/mesh_edit.h"
 #include "spheretree/formats/errors.h"
+#include "spheretree/formats/safe_name.h"
 #include "text_scan.h"
 
 namespace spheretree::formats {
@@ -81,8 +82,7 @@ double MeshAssembly::number(std::string_view word, std::size_t line) const {
   double value = 0;
   switch (parseDouble(word, value)) {
     case NumberFault::None:
-      if (std::isfinite(value)) return value;
-      refuseLine(line, inQuotes(word) + " is not a finite coordinate. Export the mesh again, or delete the vertex and the faces at it.");
+      return value;
     case NumberFault::OutOfRange:
       refuseLine(line, inQuotes(word) + " is out of the range of double precision. Write the mesh in a suitable unit.");
     case NumberFault::Malformed:
@@ -99,16 +99,25 @@ void MeshAssembly::takeVertex(std::string_view& text, std::size_t line) {
       refuseLine(line, "a vertex needs three coordinates on its line. The file is cut off or damaged: copy or export it again.");
     coordinate = number(word, line);
   }
-  if (!addVertex(p[0], p[1], p[2])) refuseLine(line, "a coordinate in mm is beyond double precision. Choose a smaller unit.");
+  addVertex(p[0], p[1], p[2], line);
 }
 
-bool MeshAssembly::addVertex(double x, double y, double z) {
+bool MeshAssembly::addVertex(double x, double y, double z, std::size_t line) {
   // Adding zero turns -0 into 0: both are the same position, and must have the same bits.
   const Eigen::Vector3d p(x * unit_mm_ + 0.0, y * unit_mm_ + 0.0, z * unit_mm_ + 0.0);
-  if (!p.allFinite()) return false;
   if (positions_.size() == kNone) refuse("has more than 4294967295 vertices, the limit for a mesh.");
+  if (!p.allFinite()) bad_vertices_.push_back({vertexCount(), line, {x, y, z}});
   positions_.push_back(p);
-  return true;
+  return p.allFinite();
+}
+
+void MeshAssembly::refuseUsed(const BadVertex& bad) const {
+  const auto& [x, y, z] = bad.place;
+  const std::string what = "vertex " + std::to_string(bad.vertex) + ", counted from 0, at (" + shortest(x) + ", " + shortest(y) + ", " +
+                           shortest(z) + "), is not finite in mm, and a face uses it. Export the mesh again, " +
+                           (std::isfinite(x + y + z) ? "or choose a smaller unit." : "or delete the vertex and the faces at it.");
+  if (bad.line > 0) refuseLine(bad.line, what);
+  refuse(what);
 }
 
 void MeshAssembly::reserve(std::size_t vertices, std::size_t triangles) {
@@ -121,7 +130,16 @@ void MeshAssembly::beginPart(std::string_view part_name) {
   part_entered_ = false;
 }
 
-void MeshAssembly::addTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+void MeshAssembly::renameParts(std::span<const std::string> names) {
+  std::vector<std::string> distinct;
+  std::map<std::string, std::uint32_t> index;
+  for (const std::string& name : names)
+    if (index.try_emplace(name, static_cast<std::uint32_t>(distinct.size())).second) distinct.push_back(name);
+  for (std::uint32_t& part : part_) part = index.at(names[part]);
+  part_names_ = std::move(distinct);
+}
+
+void MeshAssembly::addTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t face) {
   if (!part_entered_) {
     const auto [entry, is_new] = part_index_.try_emplace(part_name_, static_cast<std::uint32_t>(part_names_.size()));
     if (is_new) part_names_.push_back(part_name_);
@@ -130,10 +148,11 @@ void MeshAssembly::addTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c
   }
   triangles_.push_back({a, b, c});
   part_.push_back(current_part_);
+  face_of_triangle_.push_back(face);
 }
 
-void MeshAssembly::addPolygon(std::span<const std::uint32_t> corners) {
-  if (corners.size() == 3) return addTriangle(corners[0], corners[1], corners[2]);
+void MeshAssembly::addPolygon(std::span<const std::uint32_t> corners, std::uint32_t face) {
+  if (corners.size() == 3) return addTriangle(corners[0], corners[1], corners[2], face);
   if (corners.size() < 3) {
     ++short_faces_;
     return;
@@ -151,7 +170,7 @@ void MeshAssembly::addPolygon(std::span<const std::uint32_t> corners) {
   bool fan_fits = true;
   for (std::size_t i = 1; i + 1 < corners.size() && fan_fits; ++i) fan_fits = arm(i).cross(arm(i + 1)).dot(normal) > 0;
   if (fan_fits) {
-    for (std::size_t i = 1; i + 1 < corners.size(); ++i) addTriangle(corners[0], corners[i], corners[i + 1]);
+    for (std::size_t i = 1; i + 1 < corners.size(); ++i) addTriangle(corners[0], corners[i], corners[i + 1], face);
     return;
   }
   if (corners.size() > kMaxConcaveCorners)
@@ -166,7 +185,7 @@ void MeshAssembly::addPolygon(std::span<const std::uint32_t> corners) {
     const Eigen::Vector3d p = arm(i);
     points.push_back(normal[axis] >= 0 ? Point2{p[u], p[v]} : Point2{p[v], p[u]});
   }
-  clipEars(points, [&](std::size_t a, std::size_t b, std::size_t c) { addTriangle(corners[a], corners[b], corners[c]); });
+  clipEars(points, [&](std::size_t a, std::size_t b, std::size_t c) { addTriangle(corners[a], corners[b], corners[c], face); });
 }
 
 MeshFile MeshAssembly::finish(std::string format) {
@@ -178,15 +197,28 @@ MeshFile MeshAssembly::finish(std::string format) {
                           ". A solid needs faces: export the surface as triangles.");
   MeshFile file;
   file.unit_mm = unit_mm_;
+  file.face_of_triangle = std::move(face_of_triangle_);
+  file.faces = faces_;
   file.format = std::move(format);
 
   file.mesh.positions = std::move(positions_);
   file.mesh.triangles = std::move(triangles_);
   file.vertex_of_file = weldEqualVertices(file.mesh);
+  for (const BadVertex& bad : bad_vertices_)
+    if (file.vertex_of_file[bad.vertex] != kNoVertex) refuseUsed(bad);
   const auto unused = static_cast<std::size_t>(std::count(file.vertex_of_file.begin(), file.vertex_of_file.end(), kNoVertex));
   if (part_names_.size() > 1 || !part_names_[0].empty()) {
     file.mesh.part = std::move(part_);
     file.mesh.part_names = std::move(part_names_);
+    std::size_t recoded = 0;
+    for (std::string& part : file.mesh.part_names) {
+      const std::string utf8 = asUtf8(part);
+      recoded += utf8 != part;
+      part = utf8;
+    }
+    if (recoded > 0)
+      note(std::to_string(recoded) + (recoded == 1 ? " name of a part is" : " names of parts are") +
+           " not UTF-8; they are read as Latin-1.");
   }
 
   const auto noteCount = [&](std::size_t count, const char* one, const char* many, const char* what) {
@@ -195,6 +227,7 @@ MeshFile MeshAssembly::finish(std::string format) {
   noteCount(cut_polygons_, " polygon was", " polygons were", " cut into triangles; from here on faces are counted as triangles.");
   noteCount(short_faces_, " face", " faces", " of fewer than three corners left out.");
   noteCount(unused, " vertex", " vertices", " that no face uses left out.");
+  noteCount(bad_vertices_.size(), " of them is", " of them are", " not at a finite point.");
   file.notes = std::move(notes_);
   return file;
 }

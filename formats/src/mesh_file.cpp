@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "content_kind.h"
+#include "other_content.h"
 #include "spheretree/core/mesh_edit.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
@@ -37,6 +38,14 @@ std::optional<Kind> kindOfExtension(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
+/// 3D Slicer and others write SPACE=LPS or SPACE=RAS into the header or the first comment.
+std::string spaceOf(std::span<const char> bytes) {
+  const std::string_view start(bytes.data(), std::min<std::size_t>(bytes.size(), 1024));
+  for (const char* space : {"LPS", "RAS"})
+    if (start.find(std::string("SPACE=") + space) != std::string_view::npos) return space;
+  return {};
+}
+
 }  // namespace
 
 MeshFile readMesh(const std::filesystem::path& path, double unit_mm, double gltf_unit_mm) {
@@ -47,6 +56,9 @@ MeshFile readMesh(const std::filesystem::path& path, double unit_mm, double gltf
   const std::span<const char> bytes(reinterpret_cast<const char*>(file.data()), file.size());
   if (bytes.empty()) throw FormatError(name + ": is empty. Export the mesh again.");
 
+  if (!hasSizeOfBinaryStl(bytes))
+    if (const std::optional<OtherContent> other = otherContentOf(bytes, name))
+      throw FormatError(name + ": is " + other->what + ". " + other->next);
   const std::optional<Kind> by_extension = kindOfExtension(path);
   std::optional<Kind> by_content = meshKindOf(bytes);
   if (!by_extension && !by_content && hasSizeOfBinaryStl(bytes)) by_content = Kind::Stl;
@@ -79,6 +91,7 @@ MeshFile readMesh(const std::filesystem::path& path, double unit_mm, double gltf
       result = readGltf(bytes, name, path.has_parent_path() ? path.parent_path() : std::filesystem::path("."), gltf_unit_mm);
       break;
   }
+  result.space = spaceOf(bytes);
   if (by_extension && by_extension != kind)
     result.notes.push_back("Its name ends in " + inQuotes(path.extension().string()) + ", but it holds " + nameOf(kind) +
                            " and was read as such.");

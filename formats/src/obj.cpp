@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "spheretree/formats/obj.h"
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
+#include <map>
+#include <set>
 #include <string_view>
 #include <vector>
 
@@ -28,8 +32,8 @@ class ObjReader {
         assembly_.takeVertex(line, line_);  // a weight or a colour may follow
       else if (keyword == "f" || keyword == "fo")
         readFace(line);
-      else if (keyword == "o" || keyword == "g")
-        assembly_.beginPart(trimmed(line));
+      else if (keyword == "o" || keyword == "g" || keyword == "usemtl")
+        beginPart(keyword == "o" ? 0 : keyword == "g" ? 1 : 2, trimmed(line));
       else if (keyword == "curv" || keyword == "surf")
         ++free_forms_;
       else if (keyword.find('\0') != std::string_view::npos)
@@ -41,9 +45,10 @@ class ObjReader {
     std::size_t from = 0;
     for (const Polygon& polygon : waiting_) {
       assembly_.beginPart(polygon.part);
-      assembly_.addPolygon(std::span<const std::uint32_t>(waiting_corners_).subspan(from, polygon.corners));
+      assembly_.addPolygon(std::span<const std::uint32_t>(waiting_corners_).subspan(from, polygon.corners), polygon.face);
       from += polygon.corners;
     }
+    nameParts();
     if (free_forms_) assembly_.note(std::to_string(free_forms_) + " free-form curves or surfaces were left out; only polygons are read.");
     return assembly_.finish("OBJ");
   }
@@ -51,8 +56,41 @@ class ObjReader {
  private:
   struct Polygon {
     std::size_t corners;
+    std::uint32_t face;
     std::string part;
   };
+
+  using Division = std::array<std::string, 3>;  // the names of object, group and material
+
+  void beginPart(std::size_t place, std::string_view name) {
+    division_[place] = name;
+    const auto [entry, is_new] = divisions_.try_emplace(division_, std::to_string(divisions_.size()));
+    if (is_new) division_of_.emplace(entry->second, division_);
+    assembly_.beginPart(entry->second);
+  }
+
+  /// A part is an object and a group; a material is one only in a file that is divided by nothing else. A part is named
+  /// by its group, by its object if groups of several objects have the same name, or by both.
+  void nameParts() {
+    std::vector<Division> parts;
+    for (const std::string& key : assembly_.partNames()) parts.push_back(key.empty() ? Division{} : division_of_.at(key));
+    std::map<std::string, std::set<std::string>> groups_of, objects_of;
+    for (const auto& [object, group, material] : parts) groups_of[object].insert(group), objects_of[group].insert(object);
+    const auto isUnique = [](const auto& of) {
+      return std::all_of(of.begin(), of.end(), [](const auto& entry) { return entry.second.size() == 1; });
+    };
+    const bool by_material = groups_of.size() == 1 && objects_of.size() == 1;
+    std::vector<std::string> names;
+    for (const auto& [object, group, material] : parts) {
+      if (by_material)
+        names.push_back(parts.size() > 1 ? material : group.empty() ? object : group);
+      else if (group.empty() || object.empty())
+        names.push_back(object + group);
+      else
+        names.push_back(isUnique(objects_of) ? group : isUnique(groups_of) ? object : object + "_" + group);
+    }
+    assembly_.renameParts(names);
+  }
 
   /// One line, including lines that a backslash continues.
   bool nextStatement(std::string_view& line) {
@@ -103,7 +141,7 @@ class ObjReader {
       corners_.push_back(static_cast<std::uint32_t>(number - 1));
     }
     if (!is_forward) return assembly_.addPolygon(corners_);
-    waiting_.push_back({corners_.size(), assembly_.partName()});
+    waiting_.push_back({corners_.size(), assembly_.newFace(), assembly_.partName()});
     waiting_corners_.insert(waiting_corners_.end(), corners_.begin(), corners_.end());
   }
 
@@ -119,6 +157,9 @@ class ObjReader {
   Lines lines_;
   std::size_t line_ = 0, face_ = 0, free_forms_ = 0;  // face_: number of the current face, from 1
   std::string joined_;
+  Division division_;                            // of the following faces
+  std::map<Division, std::string> divisions_;    // the key of each as a part of `assembly_`
+  std::map<std::string, Division> division_of_;  // the inverse
   std::vector<std::uint32_t> corners_;
   std::vector<ForwardReference> forward_;
   std::vector<Polygon> waiting_;

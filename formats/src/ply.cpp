@@ -95,19 +95,25 @@ class PlyReader {
                                                             : "PLY (big endian)");
   }
 
-  PlyColumn column(const std::string& property) {
+  /// The columns of vertices and faces.
+  std::vector<PlyColumn> columns(const std::string& property) {
     readHeader();
+    const std::size_t body = at_, body_line = line_;
     const bool is_colour = property == "colour" || property == "color";
     const std::vector<std::string> names =
         is_colour ? std::vector<std::string>{"red", "green", "blue"} : std::vector<std::string>{property};
+    std::vector<PlyColumn> out;
     std::string known;
     for (const char* place : {"vertex", "face"}) {
       const Element* element = findOne(place);
-      if (!element || (is_colour && element->name == "vertex" && !hasAll(*element, names))) continue;
+      if (!element) continue;
       for (const Property& p : element->properties)
         if (!p.count_type) known += (known.empty() ? "" : ", ") + p.name;
-      if (hasAll(*element, names)) return columnOf(*element, names);
+      if (!hasAll(*element, names)) continue;
+      at_ = body, line_ = body_line;
+      out.push_back(columnOf(*element, names));
     }
+    if (!out.empty()) return out;
     assembly_.refuse("has no property " + inQuotes(property) + " with one number for each vertex or face; it has " +
                      (known.empty() ? "none" : known) + ". Name one of these.");
   }
@@ -382,9 +388,7 @@ class PlyReader {
           skipProperty(property);
       }
       endRow();
-      if (!assembly_.addVertex(p[0], p[1], p[2]))
-        refuseRow("lies at (" + std::to_string(p[0]) + ", " + std::to_string(p[1]) + ", " + std::to_string(p[2]) +
-                  "), which is not a finite point in mm. Export the mesh again.");
+      assembly_.addVertex(p[0], p[1], p[2], encoding_ == Encoding::Ascii ? line_ : 0);
     }
   }
 
@@ -433,8 +437,8 @@ MeshFile readPly(std::span<const char> bytes, const std::string& name, double un
   return PlyReader(asText(bytes, name), name, unit_mm).read();
 }
 
-PlyColumn readPlyColumn(std::span<const char> bytes, const std::string& name, const std::string& property) {
-  return PlyReader(asText(bytes, name), name, 1).column(property);
+std::vector<PlyColumn> readPlyColumns(std::span<const char> bytes, const std::string& name, const std::string& property) {
+  return PlyReader(asText(bytes, name), name, 1).columns(property);
 }
 
 }  // namespace spheretree::formats

@@ -11,6 +11,7 @@
 #include "json_layout.h"
 #include "spheretree/core/tissue.h"
 #include "spheretree/formats/file_io.h"
+#include "spheretree/formats/safe_name.h"
 
 namespace spheretree::formats {
 namespace {
@@ -22,7 +23,7 @@ constexpr const char* kSceneSchema = "spheretree.scene/1";
 constexpr std::uint64_t kMaxBytes = 16 << 20;
 constexpr std::size_t kMaxHingeAngles = 100'000;
 constexpr double kMaxFriction = 2;
-constexpr std::size_t kLongestName = 64, kLongestText = 4096;
+constexpr std::size_t kLongestText = 4096;
 constexpr std::array<const char*, 4> kUnits{"mm", "cm", "m", "in"};
 constexpr std::array<const char*, 2> kMedialAxes{"adaptive", "static"};
 constexpr std::array<const char*, 9> kBuilders{"cover", "combined", "merge", "burst", "expand", "spawn", "grid", "hubbard", "octree"};
@@ -96,14 +97,9 @@ Configuration readPose(const JsonElement& e) {
 
 std::string fileSafeName(const JsonElement& e) {
   const std::string name = e.text();
-  const auto plain = [](char c) {
-    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-' || c == '.';
-  };
-  const bool safe =
-      !name.empty() && name.size() <= kLongestName && name[0] != '.' && name[0] != '-' && std::all_of(name.begin(), name.end(), plain);
-  if (!safe) {
-    e.fail("is " + inQuotes(name) + ", not safe as a file name: use 1 to " + std::to_string(kLongestName) +
-           " letters, digits, _, - and . (not - or . first)");
+  if (!isSafeName(name)) {
+    e.fail("is " + inQuotes(name) + ", not safe as a file name: use 1 to " + std::to_string(kMaxNameBytes) +
+           " bytes of letters, digits, _, - and . (not - or . first)");
   }
   return name;
 }

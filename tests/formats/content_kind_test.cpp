@@ -35,7 +35,7 @@ TEST(ContentKind, SaysNothingInDoubt) {
   EXPECT_EQ(kindOf("solid tooth\nv 0 0 0\n"), std::nullopt) << "many a binary STL begins with solid";
   EXPECT_EQ(kindOf("hello\n"), std::nullopt);
   EXPECT_EQ(kindOf("BOFF\n"), std::nullopt);
-  EXPECT_EQ(kindOf(std::string("v 0 0 0\0", 8)), std::nullopt) << "a zero byte stands in no text";
+  EXPECT_EQ(kindOf(std::string("v 0 0\0 0", 8)), std::nullopt) << "a zero byte stands in no text";
   EXPECT_EQ(kindOf(binaryStl(1)), std::nullopt);
 }
 

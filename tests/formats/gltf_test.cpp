@@ -114,6 +114,63 @@ TEST(Gltf, StripsFansAndMissingIndices) {
   EXPECT_TRUE(has(gltfRefusal(json), "4 corners"));
 }
 
+/// The tetrahedron with two morph targets: the first moves the tip (vertex 3) by 1 m, the second vertex 1 by 2 m.
+Json withMorphTargets(std::string& buffer) {
+  buffer = tetrahedronBuffer();
+  for (const auto& [vertex, axis, length] : {std::tuple{3, 2, 1.0f}, {1, 0, 2.0f}}) {
+    std::vector<float> moves(12, 0);
+    moves[static_cast<std::size_t>(3 * vertex + axis)] = length;
+    buffer.append(reinterpret_cast<const char*>(moves.data()), 48);
+  }
+  Json json = tetrahedronJson();
+  json["buffers"][0]["byteLength"] = buffer.size();
+  for (int k = 0; k < 2; ++k) {
+    json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 72 + 48 * k}, {"byteLength", 48}});
+    json["accessors"].push_back({{"bufferView", 2 + k}, {"componentType", 5126}, {"count", 4}, {"type", "VEC3"}});
+    json["meshes"][0]["primitives"][0]["targets"].push_back({{"POSITION", 2 + k}});
+  }
+  return json;
+}
+
+TEST(Gltf, MorphTargetsHaveTheWeightsOfTheFile) {
+  std::string buffer;
+  Json json = withMorphTargets(buffer);
+  EXPECT_NEAR(volumeOf(readGltfText(json, buffer).mesh), kVolume, 1) << "no weights: targets move nothing";
+  json["meshes"][0]["weights"] = {1, 0};
+  const MeshFile tip = readGltfText(json, buffer);
+  EXPECT_NEAR(volumeOf(tip.mesh), 2 * kVolume, 1);
+  EXPECT_EQ(tip.notes, std::vector<std::string>{"1 primitive was read with the weights of morph targets that the file gives."});
+  json["nodes"][0]["weights"] = {0.5, 0.5};  // override those of the mesh
+  EXPECT_NEAR(volumeOf(readGltfText(json, buffer).mesh), 1.5 * 2 * kVolume, 1);
+  json["accessors"][3]["count"] = 3;
+  EXPECT_TRUE(has(test::refusalOf<FormatError>([&] { readGltfText(json, buffer); }), "targets[1] has 3 displacements for 4 vertices"));
+  json["meshes"][0]["primitives"][0]["targets"] = {7};
+  EXPECT_TRUE(has(test::refusalOf<FormatError>([&] { readGltfText(json, buffer); }), "targets[0] is not an object"));
+}
+
+TEST(Gltf, HiddenNodesAndNodesOutsideTheSceneAreLeftOutWithANote) {
+  Json json = tetrahedronJson();
+  json["nodes"] = {{{"mesh", 0}, {"name", "shown"}, {"children", {1}}},
+                   {{"name", "group"}, {"children", {2}}, {"extensions", {{"KHR_node_visibility", {{"visible", false}}}}}},
+                   {{"mesh", 0}, {"name", "below"}},
+                   {{"mesh", 0}, {"name", "elsewhere"}}};
+  json["extensionsRequired"] = {"KHR_node_visibility"};
+  json["animations"] = {Json::object()};
+  const MeshFile file = readGltfText(json);
+  EXPECT_EQ(file.mesh.part_names, std::vector<std::string>{"shown"});
+  EXPECT_EQ(file.notes, (std::vector<std::string>{"1 hidden node with a mesh was left out.",
+                                                  "1 node with a mesh was left out, because the scene does not contain it.",
+                                                  "1 animation was ignored; every node stands where the file places it."}));
+  json["nodes"][1]["extensions"]["KHR_node_visibility"]["visible"] = true;
+  EXPECT_EQ(readGltfText(json).mesh.part_names, (std::vector<std::string>{"shown", "below"}));
+}
+
+TEST(Gltf, DamagedJsonIsNamedByItsPlace) {
+  const std::string text = "{\"asset\": {\"version\": \"2.0\"},\n \"nodes\": [}";
+  const std::string refusal = test::refusalOf<FormatError>([&] { readGltf(test::charsOf(text), "test.gltf"); });
+  EXPECT_TRUE(has(refusal, "test.gltf: line 2, column 12: is not JSON: ") && !has(refusal, "exception")) << refusal;
+}
+
 TEST(Gltf, PointsAndLinesAreLeftOut) {
   Json json = tetrahedronJson();
   for (int mode = 0; mode < 4; ++mode) json["meshes"][0]["primitives"].push_back({{"attributes", {{"POSITION", 0}}}, {"mode", mode}});
@@ -270,7 +327,7 @@ TEST(Gltf, UnneededElementsAreHarmless) {
   json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = "none";
   const MeshFile file = readGltfText(json);
   EXPECT_DOUBLE_EQ(volumeOf(file.mesh), kVolume);
-  EXPECT_TRUE(file.notes.empty());
+  EXPECT_EQ(file.notes.size(), 1u) << "the animation is ignored";
 }
 
 TEST(Gltf, ABufferMayBeLongerThanAnnounced) {

@@ -40,8 +40,10 @@ TEST(GltfUris, FilesLieInTheFolderOrBelow) {
   std::ofstream(scratch.path() / "outside.bin", std::ios::binary) << "outside";
   std::filesystem::create_symlink(scratch.path() / "outside.bin", folder / "link.bin");
   std::filesystem::create_symlink(folder / "data", folder / "inner");
-  for (const char* uri : {"data/a%20b.bin", "./data/a b.bin", "inner/a b.bin"}) EXPECT_EQ(open(uri, folder), "within") << uri;
+  for (const char* uri : {"data/a%20b.bin", "./data/a b.bin", "inner/a b.bin", "data\\a%20b.bin", ".\\data\\a b.bin"})
+    EXPECT_EQ(open(uri, folder), "within") << uri;
   EXPECT_TRUE(has(uriRefusal("../outside.bin", folder), "within the folder"));
+  EXPECT_TRUE(has(uriRefusal("..\\outside.bin", folder), "within the folder"));
   EXPECT_TRUE(has(uriRefusal("data/../../outside.bin", folder), "within the folder"));
   EXPECT_TRUE(has(uriRefusal("%2e%2e/outside.bin", folder), "within the folder"));
   EXPECT_TRUE(has(uriRefusal((scratch.path() / "outside.bin").string(), folder), "within the folder"));

@@ -32,7 +32,7 @@ TEST(ParseJson, SaysLineAndColumnAndWhatPeopleMeant) {
   EXPECT_EQ(refusal("{\"a\": 'x'}"), "mouth.scene.json: line 1, column 7: is not JSON: texts stand in double quotation marks.");
   EXPECT_EQ(refusal("// mine\n{}"), "mouth.scene.json: line 1, column 1: is not JSON: JSON has no comments; remove them.");
   EXPECT_NE(refusal("{\"a\": [1, 2").find("it ends too early"), std::string::npos);
-  EXPECT_EQ(refusal("[1e999]"), "mouth.scene.json: is not JSON: a number is too large.");
+  EXPECT_EQ(refusal("[1e999]"), "mouth.scene.json: is not JSON: the number \"1e999\" is too large.");
 }
 
 TEST(ParseJson, NamesAFileOfAnotherKind) {

@@ -92,8 +92,62 @@ TEST(Obj, AFaceMayComeBeforeItsVertices) {
 TEST(Obj, GroupsAndObjectsNameParts) {
   const MeshFile file = readObjText(
       "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\ng crown of 11\nf 1 2 4\no root#1 # comment\nf 1 3 4\ng crown of 11\nf 2 3 4\n");
-  EXPECT_EQ(file.mesh.part_names, (std::vector<std::string>{"", "crown of 11", "root#1"}));
-  EXPECT_EQ(file.mesh.part, (std::vector<std::uint32_t>{0, 1, 2, 1}));
+  EXPECT_EQ(file.mesh.part_names, (std::vector<std::string>{"", "crown of 11", "root#1_crown of 11"}));
+  EXPECT_EQ(file.mesh.part, (std::vector<std::uint32_t>{0, 1, 2, 2}));
+}
+
+/// Of a file with one face after each line of statements.
+std::vector<std::string> partNamesOf(const std::vector<std::string>& statements) {
+  std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+  for (const std::string& each : statements) text += each + "f 1 2 3\n";
+  return readObjText(text).mesh.part_names;
+}
+
+TEST(Obj, APartIsAnObjectAndAGroup) {
+  using Names = std::vector<std::string>;
+  const Names teeth{"tooth_11", "tooth_21"};
+  EXPECT_EQ(partNamesOf({"o tooth_11\ng enamel\n", "o tooth_21\ng enamel\n"}), teeth) << "one group name: named by the object";
+  EXPECT_EQ(partNamesOf({"g tooth_11\no mesh\n", "g tooth_21\no mesh\n"}), teeth) << "one object name: named by the group";
+  EXPECT_EQ(partNamesOf({"o tooth_11\n", "o tooth_21\n"}), teeth);
+  EXPECT_EQ(partNamesOf({"o 11\ng crown\n", "g root\n", "o 21\ng crown\n", "g root\n", "o 11\ng crown\n"}),
+            (Names{"11_crown", "11_root", "21_crown", "21_root"}));
+}
+
+TEST(Obj, MaterialsAreThePartsOfAFileThatIsDividedByNothingElse) {
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(partNamesOf({"usemtl gum\n", "usemtl tooth_11\n", "usemtl gum\n"}), (Names{"gum", "tooth_11"}));
+  EXPECT_EQ(partNamesOf({"o mouth\nusemtl gum\n", "usemtl tooth_11\n"}), (Names{"gum", "tooth_11"}));
+  EXPECT_EQ(partNamesOf({"o a\nusemtl gum\n", "usemtl tooth\n", "o b\n"}), (Names{"a", "b"})) << "objects divide it already";
+  EXPECT_EQ(partNamesOf({"o a\nusemtl gum\n"}), Names{"a"});
+  EXPECT_EQ(partNamesOf({"usemtl gum\n"}), Names{}) << "one material divides nothing";
+}
+
+TEST(Obj, TakesTheBytesThatOldProgramsPutAtTheEnd) {
+  const TriangleMesh expected = readObjText(kTetrahedron).mesh;
+  for (const std::string& end : {std::string(1, '\0'), std::string(5, '\0'), std::string("\x1a"), std::string("\n\0\0", 3)}) {
+    EXPECT_EQ(readObjText(kTetrahedron + end).mesh.triangles, expected.triangles);
+    EXPECT_EQ(readObjText(kTetrahedron.substr(0, kTetrahedron.size() - 1) + end).mesh.triangles, expected.triangles) << "no line end";
+  }
+  EXPECT_TRUE(says(objRefusal(kTetrahedron + std::string("\0v\n", 3)), {"line 9", "zero byte"}));
+}
+
+TEST(Obj, ANumberTooSmallForDoublePrecisionIsZero) {
+  for (const char* tiny :
+       {"1e-400", "-3.5E-0999", "0.000e-400", "0.0001e-9999999999999999999", "12345e-500", "1e-99999999999999999999999"}) {
+    const MeshFile file = readObjText(std::string("v ") + tiny + " 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    EXPECT_EQ(file.mesh.positions[0], Eigen::Vector3d(0, 0, 0)) << tiny;
+  }
+  for (const char* huge : {"1e400", "-1E+400", "0.001e900", "1e99999999999999999999999"})
+    EXPECT_TRUE(says(objRefusal(std::string("v ") + huge + " 0 0\n"), {"range", huge}));
+}
+
+TEST(Obj, AVertexThatNoFaceUsesMayBeNoPoint) {
+  const MeshFile file = readObjText(kTetrahedron + "v nan nan nan\nv 1.#QNAN -1.#IND00 1.#INF\nv inf 0 0\n");
+  EXPECT_EQ(file.mesh.triangles, readObjText(kTetrahedron).mesh.triangles);
+  EXPECT_EQ(file.vertex_of_file[4], kNoVertex);
+  ASSERT_EQ(file.notes.size(), 2u);
+  EXPECT_TRUE(says(file.notes[0], {"vertices", "no face uses"}));
+  EXPECT_EQ(file.notes[1], "3 of them are not at a finite point.");
 }
 
 TEST(Obj, WeldsEqualPlacesAndDropsUnusedVertices) {
@@ -174,8 +228,8 @@ TEST(Obj, RefusalsNameTheLineAndTheValue) {
   EXPECT_TRUE(says(objRefusal(corner + "f 1 2 99999999999999999999\n"), {"line 4", "99999999999999999999"}));
   EXPECT_TRUE(says(objRefusal(corner + "f 1 2 4294967297\n"), {"line 4", "4294967297"}));
   EXPECT_TRUE(says(objRefusal(corner + "f 1 x 3\n"), {"line 4", "\"x\""}));
-  EXPECT_TRUE(says(objRefusal("v 0 nan 0\n"), {"line 1", "\"nan\"", "finite"}));
-  EXPECT_TRUE(says(objRefusal("\n\nv 0 inf 0\n"), {"line 3", "\"inf\""}));
+  EXPECT_TRUE(says(objRefusal(corner + "v 0 nan 0\nf 1 2 4\n"), {"line 4", "vertex 3", "(0, nan, 0)", "a face uses it"}));
+  EXPECT_TRUE(says(objRefusal("\n\nv 0 -inf 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), {"line 3", "-inf"}));
   EXPECT_TRUE(says(objRefusal("v 0 1e999 0\n"), {"line 1", "1e999", "range"}));
   EXPECT_TRUE(says(objRefusal("v 0 1,5 0\n"), {"line 1", "1,5", "decimal point"}));
   EXPECT_TRUE(says(objRefusal("v 0 3.1+e2 0\n"), {"line 1", "3.1+e2"}));

@@ -40,6 +40,33 @@ TEST(Off, VariantsOfOneMeshGiveTheSameMesh) {
   }
 }
 
+TEST(Off, WordsMayBeBrokenIntoLinesAnywhere) {
+  const TriangleMesh expected = readOffText("OFF\n" + kBody).mesh;
+  std::string one_each = "OFF\n", one_line = "OFF", pairs;
+  std::size_t count = 0;
+  std::string word;
+  for (const char c : kBody) {
+    if (c != ' ' && c != '\n') {
+      word += c;
+      continue;
+    }
+    one_each += word + "\n";
+    one_line += " " + word;
+    pairs += word + (++count % 2 ? " " : "\n");
+    word.clear();
+  }
+  const std::string coloured =
+      "CNOFF\n4 4 6\n0 0 0 0 0 1 255 0 0\n255 1 0 0 0 0 1 255 0 0 255\n0 1 0 0 0 1 255 0 0 255 0 0 1 0 0 1 255 0 0 255\n3 0 2 1 3 0 1 3\n3 "
+      "0 3 2 "
+      "3 1 2 3\n";
+  for (const std::string& text : {one_each, one_line, "OFF\n" + pairs, coloured}) {
+    const TriangleMesh mesh = readOffText(text).mesh;
+    EXPECT_EQ(mesh.positions, expected.positions) << text;
+    EXPECT_EQ(mesh.triangles, expected.triangles) << text;
+  }
+  EXPECT_TRUE(has(offRefusal(one_line + " 7"), "test.off")) << "a word too many";
+}
+
 TEST(Off, EveryTruncationIsRefused) {
   const std::string whole = "OFF\n" + kBody;
   for (std::size_t size = 0; size + 2 < whole.size(); ++size)  // without "3\n" the last index is missing

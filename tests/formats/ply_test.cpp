@@ -119,6 +119,14 @@ TEST(Ply, EveryTruncationIsRefused) {
   }
 }
 
+TEST(Ply, PointsThatNoFaceUsesMayBeNan) {
+  const std::string text = test::replaced(test::replaced(kAscii, "vertex 4", "vertex 5"), "0 0 1\n", "0 0 1\n-nan(ind) nan 1\n");
+  const MeshFile file = readPlyText(text);
+  EXPECT_DOUBLE_EQ(test::volumeOf(file.mesh), 1.0 / 6);
+  EXPECT_EQ(file.vertex_of_file.size(), 5u) << "labels of the vertices still fit";
+  EXPECT_EQ(file.notes.back(), "1 of them is not at a finite point.");
+}
+
 TEST(Ply, RefusalsNameTheElementAndTheValue) {
   const auto with = [](const std::string& from, const std::string& to) {
     std::string text = kAscii;
@@ -128,7 +136,7 @@ TEST(Ply, RefusalsNameTheElementAndTheValue) {
   EXPECT_TRUE(has(plyRefusal(with("3 0 2 1\n", "3 0 2 4\n")), "face 0 names vertex 4, but there are 4"));
   EXPECT_TRUE(has(plyRefusal(with("3 0 2 1\n", "3 0 2 -1\n")), "vertex -1"));
   EXPECT_TRUE(has(plyRefusal(with("3 0 2 1\n", "-3 0 2 1\n")), "of -3 values"));
-  EXPECT_TRUE(has(plyRefusal(with("1 0 0\n", "nan 0 0\n")), "line 12: \"nan\""));
+  EXPECT_TRUE(has(plyRefusal(with("1 0 0\n", "nan 0 0\n")), "line 12: vertex 1, counted from 0, at (nan, 0, 0)"));
   EXPECT_TRUE(has(plyRefusal(with("vertex 4", "vertex 99999999999")), "99999999999 rows of \"vertex\""));
   EXPECT_TRUE(has(plyRefusal(with("face 4", "face 1844674407370955161")), "1844674407370955161"));
   EXPECT_TRUE(has(plyRefusal(with("property double y", "property quad y")), "\"quad\""));
@@ -143,7 +151,7 @@ TEST(Ply, RefusalsNameTheElementAndTheValue) {
   const double infinity = std::numeric_limits<double>::infinity();
   const std::size_t row = 1 + 3 * 8 + 2 + 8, body = bytes.size() - 4 * row - 5 - 4 * (1 + 8 + 1 + 12 + 2);
   bytes.replace(body + 2 * row + 1, 8, reinterpret_cast<const char*>(&infinity), 8);
-  EXPECT_TRUE(has(plyRefusal(bytes), "vertex 2 lies at")) << plyRefusal(bytes);
+  EXPECT_TRUE(has(plyRefusal(bytes), "vertex 2, counted from 0, at (0, 1, inf)")) << plyRefusal(bytes);
 }
 
 }  // namespace

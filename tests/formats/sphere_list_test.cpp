@@ -19,9 +19,13 @@ SphereTree pairOfLeaves() {
 
 TEST(SphereList, HoldsALevelInTheUnitAskedFor) {
   const SphereTree tree = pairOfLeaves();
-  for (const double unit : {1.0, 10.0, 1000.0}) {
-    const SphereListSettings settings{.level = 2, .unit_mm = unit, .kind = SphereKind::Cover, .name = "link"};
+  for (const auto& [name, unit] : {std::pair{"mm", 1.0}, {"cm", 10.0}, {"m", 1000.0}}) {
+    const SphereListSettings settings{.level = 2, .unit = name, .kind = SphereKind::Cover, .name = "link"};
     const nlohmann::json list = nlohmann::json::parse(sphereListJson(tree, settings)).at("link");
+    EXPECT_EQ(nlohmann::json::parse(sphereListJson(tree, settings)).at("unit"), name);
+    const std::string csv = sphereListCsv(tree, settings), columns = csv.substr(0, csv.find('\n'));
+    EXPECT_EQ(columns, std::string("x_") + name + ",y_" + name + ",z_" + name + ",radius_" + name);
+    EXPECT_TRUE(sphereListYaml(tree, settings).starts_with(std::string("# unit: ") + name + "\n"));
     const std::vector<std::uint32_t> nodes = levelSet(tree, 2);
     ASSERT_EQ(list.size(), nodes.size());
     for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -35,15 +39,14 @@ TEST(SphereList, HoldsALevelInTheUnitAskedFor) {
 
 TEST(SphereList, IsTheSameInEveryForm) {
   const SphereTree tree = pairOfLeaves();
-  const SphereListSettings settings{.level = 0, .unit_mm = 1, .kind = SphereKind::Bound, .name = "a \"name\""};
+  const SphereListSettings settings{.level = 0, .unit = "mm", .kind = SphereKind::Bound, .name = "a \"name\""};
   const nlohmann::json sphere = nlohmann::json::parse(sphereListJson(tree, settings)).at("a \"name\"")[0];
   const std::string x = sphere.at("origin")[0].dump(), r = sphere.at("radius").dump();
   const std::string csv = sphereListCsv(tree, settings), yaml = sphereListYaml(tree, settings);
-  EXPECT_EQ(csv.substr(0, 13), "x,y,z,radius\n");
   const auto number = [](const std::string& text, const std::string& after) {
     return std::stod(text.substr(text.find(after) + after.size()));
   };
-  EXPECT_EQ(number(csv, "radius\n"), std::stod(x));
+  EXPECT_EQ(number(csv, "radius_mm\n"), std::stod(x));
   EXPECT_EQ(number(yaml, "center: ["), std::stod(x));
   EXPECT_EQ(number(yaml, "radius: "), std::stod(r));
 }

@@ -92,6 +92,73 @@ TEST(Stl, TrailingBytesAreIgnoredWithANote) {
   EXPECT_TRUE(has(file.notes[0], "7 bytes")) << file.notes[0];
 }
 
+/// The tetrahedron with unit normals, and `payload(facet)` after each facet; `announces_length`: in its attribute.
+template <class Payload>
+std::string withPayload(Payload&& payload, bool announces_length, std::uint32_t count = 4) {
+  const float third = 1 / std::sqrt(3.0f);
+  const float normals[4][3] = {{0, 0, -1}, {0, -1, 0}, {-1, 0, 0}, {third, third, third}};
+  std::string bytes(80, ' ');
+  bytes.append(reinterpret_cast<const char*>(&count), 4);
+  for (std::size_t facet = 0; facet < 4; ++facet) {
+    const std::string more = payload(facet);
+    const auto length = static_cast<std::uint16_t>(announces_length ? more.size() : 0);
+    bytes.append(reinterpret_cast<const char*>(normals[facet]), 12).append(reinterpret_cast<const char*>(kCorners[facet]), 36);
+    bytes.append(reinterpret_cast<const char*>(&length), 2).append(more);
+  }
+  return bytes;
+}
+
+TEST(Stl, BytesAfterEachFacetAreWalkedOver) {
+  for (std::size_t size = 0; size <= 120; ++size) {  // 50: as long as a facet
+    const auto filled = [&](char first) {
+      return [size, first](std::size_t facet) {
+        std::string more(size, first);
+        for (std::size_t i = 0; i < size && first; ++i) more[i] = static_cast<char>(first + 31 * facet + 7 * i);
+        return more;
+      };
+    };
+    for (const char first : {'\0', 'a'}) {
+      expectTetrahedron(readStlText(withPayload(filled(first), true)));
+      expectTetrahedron(readStlText(withPayload(filled(first), false)));
+    }
+  }
+  const MeshFile file = readStlText(withPayload([](std::size_t facet) { return std::string(7 * facet, 'x'); }, true));
+  expectTetrahedron(file);
+  EXPECT_EQ(file.notes, std::vector<std::string>{"The attributes after each facet, 42 bytes in all, were left out."});
+}
+
+TEST(Stl, BytesAfterTheLastFacetAreNoFacets) {
+  for (const std::size_t size : {1u, 50u, 100u, 350u, 1000u})
+    for (const char filling : {'\0', 'x', '\xff'}) {
+      const MeshFile file = readStlText(binary() + std::string(size, filling));
+      expectTetrahedron(file);
+      EXPECT_EQ(file.notes.size(), 1u);
+    }
+}
+
+TEST(Stl, AnArrangementThatNothingExplainsIsRefused) {
+  // Of various lengths after each facet, which the file does not tell.
+  const std::string bytes = withPayload([](std::size_t facet) { return std::string(13 * facet + 5, 'x'); }, false);
+  EXPECT_TRUE(has(stlRefusal(bytes), "4 facets") && has(stlRefusal(bytes), "plain binary STL")) << stlRefusal(bytes);
+}
+
+TEST(Stl, OldTextWritersAreRead) {
+  const MeshFile expected = readStlText(ascii());
+  const auto everywhere = [](std::string text, const std::string& from, const std::string& to) {
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) text.replace(at, from.size(), to);
+    return text;
+  };
+  const std::string two_words =
+      everywhere(everywhere(everywhere(ascii(), "endloop", "end loop"), "endfacet", "End Facet"), "endsolid", "END SOLID");
+  const std::string one_line = everywhere(ascii(), "\n", " ");
+  for (const std::string& text : {two_words, one_line, everywhere(ascii(), "normal 0 0 0\n", "normal nan nan nan ")}) {
+    const MeshFile file = readStlText(text);
+    expectTetrahedron(file);
+    EXPECT_EQ(file.mesh.part_names, expected.mesh.part_names) << text;
+    EXPECT_TRUE(file.notes.empty()) << file.notes[0];
+  }
+}
+
 TEST(Stl, EveryCutWithinAFacetIsRefused) {
   const std::string whole = binary();
   for (std::size_t size = 0; size < whole.size(); ++size) {
@@ -127,7 +194,7 @@ TEST(Stl, RefusalsNameTheFacetAndTheValue) {
   EXPECT_TRUE(has(stlRefusal("solid\nfacet\nvertex 0 0 0\nvertex 1 0 0\nendfacet\nendsolid\n"), "line 5: facet 1 has 2 vertices"));
   EXPECT_TRUE(has(stlRefusal("solid\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendfacet\nendsolid\n"), "line 6"));
   EXPECT_TRUE(has(stlRefusal("solid\nfacet\nvertex 0 zero 0\n"), "\"zero\""));
-  EXPECT_TRUE(has(stlRefusal("solid\nfacet\nvertex 0 0 inf\n"), "\"inf\""));
+  EXPECT_TRUE(has(stlRefusal("solid\nfacet\nvertex 0 0 inf\nvertex 1 0 0\nvertex 1 1 0\nendfacet\nendsolid\n"), "line 3: vertex 0"));
   EXPECT_TRUE(has(stlRefusal("solid\nendsolid\n"), "no triangle"));
   EXPECT_TRUE(has(stlRefusal("neither"), "7 bytes"));
   EXPECT_TRUE(has(stlRefusal(""), "empty"));

@@ -94,6 +94,133 @@ case_split() {
   [ ! -e x ] || fail "a refused split left a folder"
 }
 
+# A small lower scan: a sheet of 61 x 31 vertices with three crowns, 44 to 46, and its labels in every form.
+write_scans() {
+  cat >scans.py <<'EOF'
+import json, math, struct
+V, F, L = [], [], []
+for j in range(31):
+    for i in range(61):
+        x, y, z, label = 0.65 * i - 19.5, 0.65 * j - 9.75, 0, 0
+        for k, number in enumerate((44, 45, 46)):
+            r = math.hypot(x - 11 * (k - 1), y) / 4.6
+            if r < 1:
+                label, z = number, 6 * (1 - r * r) ** 0.4
+        V.append((x, y, z)), L.append(label)
+for j in range(30):
+    for i in range(60):
+        a = 61 * j + i
+        F += [(a, a + 1, a + 62), (a, a + 62, a + 61)]
+face = [sorted(L[v] for v in f)[1] for f in F]
+def labels(name, values, **more):
+    json.dump({"jaw": "lower", "labels": values, **more}, open(name, "w"))
+def obj(name, more=""):
+    open(name, "w").write(more + "".join("v %.9g %.9g %.9g\n" % v for v in V) + "".join("f %d %d %d\n" % tuple(i + 1 for i in f) for f in F))
+def ply(name, vertex, face_colours):
+    head = "ply\nformat ascii 1.0\nelement vertex %d\n" % len(V) + "".join("property float %s\n" % c for c in "xyz")
+    colour = "".join("property uchar %s\n" % c for c in ("red", "green", "blue"))
+    head += colour + "element face %d\nproperty list uchar int vertex_indices\n" % len(F) + colour + "end_header\n"
+    rgb = lambda n: "%d %d %d" % (n * 5 % 256, 100, n % 7)
+    open(name, "w").write(head + "".join("%.9g %.9g %.9g %s\n" % (*v, rgb(n)) for v, n in zip(V, vertex))
+                          + "".join("3 %d %d %d %s\n" % (*f, rgb(n)) for f, n in zip(F, face_colours)))
+obj("s.obj"), obj("lps.obj", "# SPACE=LPS\n")
+obj("ras.obj", "# SPACE=RAS\n")
+mixed = [F[k * 7919 % len(F)] for k in range(len(F))]
+with open("s.stl", "wb") as f:
+    f.write(bytes(80) + struct.pack("<I", len(F)))
+    for t in mixed:
+        f.write(struct.pack("<12fH", 0, 0, 0, *(c for v in t for c in V[v]), 0))
+labels("plain.json", L), labels("faces.json", face), labels("floats.json", [float(n) for n in L], instances=[-1])
+json.dump({"jaw": "Mandible", "labels": L}, open("word.json", "w"))
+labels("gum18.json", [n or 18 for n in L]), labels("upper.json", [{44: 11, 45: 21, 46: 22}.get(n, 0) for n in L], jaw="upper")
+first = list(dict.fromkeys(v for t in mixed for v in t))
+labels("first.json", [L[v] for v in first])
+ply("faces.ply", [0] * len(V), face), ply("vertices.ply", L, [0] * len(F))
+# Closed: a skirt and a base under the sheet.
+rim = [*range(61), *(61 * j + 60 for j in range(1, 31)), *(61 * 30 + i for i in range(59, -1, -1)), *(61 * j for j in range(29, 0, -1))]
+top, n = len(V), len(rim)
+V += [(V[v][0], V[v][1], -8.0) for v in rim] + [(0, 0, -8.0)]
+for k in range(n):
+    a, b, c, d = rim[k], rim[(k + 1) % n], top + k, top + (k + 1) % n
+    F += [(b, a, c), (b, c, d), (d, c, top + n)]
+obj("closed.obj"), labels("closed.json", L + [0] * (n + 1))
+EOF
+  python3 scans.py || fail "scans.py"
+}
+
+# Labels of every form give the same teeth.
+case_labels() {
+  write_scans
+  expect 0 split s.obj --labels plain.json -o plain
+  says "3 teeth, 1 gum" out
+  says "^next: spheretree batch" out
+  for labels in floats word; do
+    expect 0 split s.obj --labels $labels.json -o $labels
+    cmp $labels/tooth_45.ply plain/tooth_45.ply || fail "$labels"
+  done
+  expect 0 split s.stl --labels plain.json -o sorted
+  says "in the order of y, x, z" err
+  expect 0 split s.stl --labels first.json -o first
+  says "in the order of their first places" err
+  for part in tooth_44 tooth_45 tooth_46 gum_lower; do cmp sorted/$part.ply first/$part.ply || fail "$part"; done
+  expect 0 split s.obj --labels faces.json -o faces
+  says "the labels are taken for the 3600 faces" err
+  says "3 teeth, 1 gum" out
+  # The colours of one side vary; nothing tells the jaw.
+  for side in vertices faces; do
+    expect 0 split $side.ply --label-property colour -o $side
+    says "the colour of the $side is taken, with 4 different values" err
+    says "jaw unknown" err
+    [ -s $side/gum.ply ] || fail "no gum.ply"
+  done
+  expect 4 split faces.ply --label-property colour --label-side vertices -o x
+  expect 0 split faces.ply --label-property colour --jaw lower -o lower
+  [ -s lower/gum_lower.ply ] || fail "no gum_lower.ply"
+  # A gum that is numbered as a tooth.
+  expect 4 split s.obj --labels gum18.json -o x
+  says "add --gum-label 18" err
+  expect 0 split s.obj --labels gum18.json --gum-label 18 -o gum18
+  cmp gum18/tooth_45.ply plain/tooth_45.ply || fail "gum-label"
+  expect 4 split s.obj --labels plain.json --gum-label 19 -o x
+  expect 0 split s.obj --labels plain.json --jaw upper -o other
+  says "numbers of the other jaw in a scan of the upper one: 44, 45, 46" err
+  expect 0 split s.obj --labels upper.json --jaw upper -o missing
+  says "missing teeth: 12" err
+  [ ! -e x ] || fail "a refused split left a folder"
+}
+
+# What is no open scan, and where scans stand.
+case_scans() {
+  write_scans
+  expect 4 split s.obj s.obj --labels plain.json plain.json -o x
+  says "both scans are of the lower jaw" err
+  expect 0 split s.obj --labels plain.json -o plain
+  # Closed teeth.
+  write_tetrahedron one.obj
+  { echo 'o tooth_44'; cat one.obj; printf 'o tooth_45\nv 40 0 0\nv 53 0 0\nv 40 11 0\nv 40 0 9\nf 5 7 6\nf 5 6 8\nf 5 8 7\nf 6 7 8\n'; } >teeth.obj
+  expect 4 split teeth.obj --parts -o x
+  says "2 of 2 teeth are closed solids already" err
+  says "spheretree scene teeth.obj" err
+  expect 2 split s.obj --labels plain.json --up 0,0,0 -o x
+  expect 0 split s.obj --labels plain.json --up 0,0,2 -o up
+  # A cast with its base: up is where the crowns look.
+  expect 0 split closed.obj --labels closed.json -o closed
+  says "The scan is closed, so up cannot be told" err
+  says "3 teeth, 1 gum; 0 refused, 0 cross" out
+  expect 0 split closed.obj --labels closed.json --up 0,0,1 -o closed_up
+  cmp closed/tooth_45.ply closed_up/tooth_45.ply || fail "another up"
+  # Frames.
+  expect 0 split lps.obj ras.obj --labels plain.json upper.json -o frames
+  says "SPACE=RAS and the other one LPS" err
+  expect 0 split lps.obj ras.obj --labels plain.json upper.json --frame LPS -o frames
+  if grep -q "opposite ways" err; then fail "both are LPS"; fi
+  expect 0 scene lps.obj ras.obj -o s.scene.json
+  says "1 file says SPACE=LPS and 1 file says SPACE=RAS" err
+  expect 0 scene lps.obj ras.obj --frame RAS -o s.scene.json
+  says '"quaternion_wxyz": \[0.0, 0.0, 0.0, 1.0\]' s.scene.json
+  [ ! -e x ] || fail "a refused split left a folder"
+}
+
 case_cohort() {
   write_scene mouth.scene.json ""
   for i in 1 2 3 4 5; do

@@ -80,7 +80,7 @@ case_no_json() {
 END
   printf '{"a": 1e999}' >bad.json
   expect 4 batch bad.json -o work/a
-  says_in_a_line "a number is too large"
+  says_in_a_line "is too large"
   printf '{"schema": "spheretree.scene/1", "unit": "mm", "unit": "cm"}' >bad.json
   expect 4 batch bad.json -o work/a
   says_in_a_line 'the key "unit" stands twice in one object'
@@ -143,6 +143,15 @@ case_components() {
   expect 0 build both.obj --parts '#1' -o right.stree --quality quick --levels 2
   cmp right.stree work/a/right.stree || fail "another component than of build"
   expect 0 report work/a -o work/a.html
+  # With --components each of them becomes an object; names keep letters of every script.
+  expect 0 scene both.obj -o work/one.scene.json
+  [ "$(grep -c '"part"' work/one.scene.json)" = 0 ] || fail "parts of a file without parts"
+  cp both.obj 上颌.obj
+  expect 0 scene 上颌.obj --components -o work/c.scene.json
+  says '"name": "上颌_1"' work/c.scene.json
+  says '"part": "#1"' work/c.scene.json
+  expect 0 batch work/c.scene.json -o work/c --dry-run
+  says "3 to build" out
   sed 's/#1/#2/' a.scene.json >b.scene.json
   expect 6 batch b.scene.json -o work/b
   says "right: the mesh has no component #2; it has 2" err
@@ -207,12 +216,28 @@ case_repair() {
 case_lists() {
   write_sph a.sph
   expect 0 convert a.sph work/a.csv
-  [ "$(cat work/a.csv)" = "$(printf 'x,y,z,radius\n0.5,0,0,1.25\n-0.5,0.10000000149011612,0,1.125')" ] || fail "$(cat work/a.csv)"
+  [ "$(cat work/a.csv)" = "$(printf 'x_mm,y_mm,z_mm,radius_mm\n0.5,0,0,1.25\n-0.5,0.10000000149011612,0,1.125')" ] || fail "$(cat work/a.csv)"
   expect 0 convert a.sph -o work/a.yaml --unit m --level 0
-  [ "$(cat work/a.yaml)" = "$(printf 'collision_spheres:\n  - center: [0, 0, 0]\n    radius: 0.002')" ] || fail "$(cat work/a.yaml)"
+  [ "$(cat work/a.yaml)" = "$(printf '# unit: m\ncollision_spheres:\n  - center: [0, 0, 0]\n    radius: 0.002')" ] || fail "$(cat work/a.yaml)"
   expect 0 convert a.sph work/a.json --level 1 --unit m
   tr -d ' \n' <work/a.json >flat
-  says '^{"a":\[{"origin":\[0.0005,0.0,0.0\],"radius":0.00125},{"origin":\[-0.0005,0.0001' flat
+  says '^{"unit":"m","a":\[{"origin":\[0.0005,0.0,0.0\],"radius":0.00125},{"origin":\[-0.0005,0.0001' flat
+  # Every list is read in its own unit: the same figures.
+  write_tetrahedron mesh.obj
+  for list in "b.csv" "b.csv --unit m" "b.yaml --unit cm" "b.json --level 1 --unit in" "b.json --level 1 --unit mm"; do
+    rm -f work/b.*
+    expect 0 convert a.sph work/$list
+    expect 0 evaluate mesh.obj work/${list%% *} --no-limits
+    sed -n '/^ *[0-9] /p' out >figures
+    [ -s first ] || cp figures first
+    cmp -s figures first || fail "$list has other figures: $(cat out)"
+  done
+  printf 'x,y,z,radius\n5000,5000,0,8000\n' >work/bare.csv
+  expect 0 evaluate mesh.obj work/bare.csv --no-limits --spheres-unit m
+  says "times as large as the mesh: --spheres-unit mm makes them fit" err
+  printf 'x,y,z\n1,2,3\n' >work/bad.csv
+  expect 4 evaluate mesh.obj work/bad.csv
+  says "radius" err
   expect 2 convert a.sph work/b.csv --level 2
   says_in_a_line "the tree has the levels 0 to 1"
   expect 0 convert a.sph work/all.glb

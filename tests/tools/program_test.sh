@@ -434,8 +434,12 @@ case_check() {
   says '"build": "fix"' out
   { echo 'o large'; cat whole.obj; printf 'o small\nv 1 1 1\nv 2 1 1\nv 1 2 1\nv 1 1 2\nf 5 7 6\nf 5 6 8\nf 5 8 7\nf 6 7 8\n'; } >both.obj
   expect 0 check both.obj --list-parts
-  says "sound       small" out
-  says "sound       #1" out
+  says "sound       small (#1)" out
+  says "0.166667         1.5        1.5        1.5          1         1         1  sound       small" out
+  [ "$(grep -c 'sound ' out)" = 2 ] || fail "a component that is a part is listed twice: $(cat out)"
+  expect 0 check both.obj --list-parts --json
+  says '"centre_mm": \[1.5, 1.5, 1.5\]' out
+  says '"component": 1,' out
   expect 0 check both.obj --parts '#1' --json
   says '"triangles": 4,' out
   expect 4 check both.obj --parts '#2'

@@ -17,6 +17,7 @@
 #include "spheretree/builder/mesh_survey.h"
 #include "spheretree/formats/mesh_writer.h"
 #include "spheretree/formats/nearest_word.h"
+#include "spheretree/formats/safe_name.h"
 
 namespace spheretree::pipeline {
 namespace {
@@ -25,7 +26,6 @@ namespace fs = std::filesystem;
 using formats::SceneItem;
 using tool::UsageError;
 
-constexpr std::size_t kLongestName = 64;     // limit of the scene format
 constexpr double kBallDiameter = 1;          // [mm] of the default tool: between the tips of an explorer and a small bur
 constexpr double kUnreachedTolerance = 5;    // times the largest tolerance, for surfaces that the tool cannot reach
 constexpr double kUnlikelySizeRatio = 1000;  // between files of one scene: their units are probably different
@@ -38,21 +38,6 @@ struct Candidate {
   std::size_t file = 0;  // index of its file
 };
 
-/// The characters that a scene allows: letters, digits, _ - and . (not first), at most 64.
-std::string safeName(const std::string& wanted) {
-  std::string name;
-  for (const char c : wanted) {
-    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' || c == '.';
-    if (is_plain)
-      name += c;
-    else if (name.empty() || name.back() != '_')
-      name += '_';
-  }
-  name.erase(0, std::min(name.size(), name.find_first_not_of("-.")));
-  if (name.size() > kLongestName) name.resize(kLongestName);
-  return name.empty() || name == "_" ? "part" : name;
-}
-
 std::string lower(std::string text) {
   for (char& c : text)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
@@ -60,19 +45,19 @@ std::string lower(std::string text) {
 }
 
 std::string withSuffix(const std::string& name, const std::string& suffix) {
-  return name.substr(0, kLongestName - std::min(kLongestName, suffix.size())) + suffix;
+  return std::string(formats::cutName(name, formats::kMaxNameBytes - std::min(formats::kMaxNameBytes, suffix.size()))) + suffix;
 }
 
 /// If two files use a name, the name of the file is put in front; remaining duplicates get a number.
 void nameAll(std::vector<Candidate>& candidates, const std::vector<fs::path>& files, std::vector<std::string>& notes) {
   std::map<std::string, std::set<std::size_t>> files_of;
-  for (const Candidate& c : candidates) files_of[lower(safeName(c.wanted))].insert(c.file);
+  for (const Candidate& c : candidates) files_of[lower(formats::safeName(c.wanted))].insert(c.file);
   std::set<std::string> taken;
   std::size_t renamed = 0;
   std::string first;
   for (Candidate& c : candidates) {
-    std::string name = safeName(c.wanted);
-    if (files_of[lower(name)].size() > 1 && !c.item.part.empty()) name = safeName(files[c.file].stem().string() + "_" + c.wanted);
+    std::string name = formats::safeName(c.wanted);
+    if (files_of[lower(name)].size() > 1 && !c.item.part.empty()) name = formats::safeName(files[c.file].stem().string() + "_" + c.wanted);
     const std::string base = name;
     for (int n = 2; !taken.insert(lower(name)).second; ++n) name = withSuffix(base, "_" + std::to_string(n));
     c.item.name = name;
@@ -91,10 +76,20 @@ Eigen::AlignedBox3d boxOf(const TriangleMesh& mesh) {
   return box;
 }
 
-/// The parts of one mesh file: the named ones, and the connected components of triangles without a name.
+/// The parts of one mesh file: the named ones, and the connected components of triangles without a name; or all
+/// components.
 class PartsOfFile {
  public:
   PartsOfFile(const MeshStore::File& file, const fs::path& path) : file_(file), mesh_(file.mesh.mesh), path_(path) {}
+
+  std::vector<std::string> findComponents() const {
+    const std::vector<std::uint32_t>& component_of = file_.components.of(mesh_);
+    const std::uint32_t last = component_of.empty() ? 0 : *std::max_element(component_of.begin(), component_of.end());
+    if (last == 0) return {""};
+    std::vector<std::string> parts;
+    for (std::uint32_t c = 0; c <= last; ++c) parts.push_back("#" + std::to_string(c));
+    return parts;
+  }
 
   std::vector<std::string> find(std::vector<std::string>& notes) {
     std::vector<std::size_t> count(mesh_.part_names.size(), 0);
@@ -152,6 +147,7 @@ class Drafting {
     for (std::size_t f = 0; f < files_.size(); ++f) readFile(f);
     nameAll(candidates_, files_, draft_.notes);
     checkSizes();
+    checkSpaces();
     takeTool();
     if (candidates_.empty()) throw UsageError("the files hold the tool and no object. Name a file with the objects that the tool touches.");
     if (candidates_.size() > formats::kMaxSceneObjects)
@@ -192,7 +188,14 @@ class Drafting {
     const std::shared_ptr<const MeshStore::File> read = meshes_.read(draft_.scene, scene_path_, whole.item);
     const TriangleMesh& mesh = read->mesh.mesh;
     file_boxes_.emplace_back(f, boxOf(mesh));
-    const std::vector<std::string> parts = tool_file_ == f ? std::vector<std::string>{""} : PartsOfFile(*read, file).find(draft_.notes);
+    file_units_.push_back(read->mesh.unit_mm);
+    spaces_.push_back(read->mesh.space);
+    if (!settings_.frame.empty() && !read->mesh.space.empty() && read->mesh.space != settings_.frame)
+      whole.item.pose.orientation = Quaternion(0, 0, 0, 1);  // left and right, front and back are the other way round
+    PartsOfFile of_file(*read, file);
+    const std::vector<std::string> parts = tool_file_ == f        ? std::vector<std::string>{""}
+                                           : settings_.components ? of_file.findComponents()
+                                                                  : of_file.find(draft_.notes);
     for (const std::string& part : parts) {
       Candidate c = whole;
       c.item.part = part;
@@ -205,9 +208,11 @@ class Drafting {
   void checkSizes() {
     double min_diagonal = 0, max_diagonal = 0;
     std::size_t smallest = 0, largest = 0;
-    for (const auto& [f, box] : file_boxes_) {
+    for (std::size_t i = 0; i < file_boxes_.size(); ++i) {
+      const auto& [f, box] = file_boxes_[i];
       const double diagonal = box.diagonal().norm();
-      if (const std::string hint = builder::unitHint(diagonal); !hint.empty()) draft_.notes.push_back(files_[f].string() + ": " + hint);
+      if (const std::string hint = builder::unitHint(diagonal, file_units_[i]); !hint.empty())
+        draft_.notes.push_back(files_[f].string() + ": " + hint);
       if (min_diagonal == 0 || diagonal < min_diagonal) min_diagonal = diagonal, smallest = f;
       if (diagonal > max_diagonal) max_diagonal = diagonal, largest = f;
     }
@@ -215,6 +220,21 @@ class Drafting {
       const double ratio = max_diagonal / min_diagonal;
       draft_.notes.push_back(files_[largest].string() + " is " + std::to_string(static_cast<long long>(ratio)) + " times as large as " +
                              files_[smallest].string() + "; if their units differ, set \"unit\" of each object in the scene.");
+    }
+  }
+
+  /// Notes on files whose axes point different ways: the same tooth then stands in two places.
+  void checkSpaces() {
+    const auto count = [&](const char* space) { return std::count(spaces_.begin(), spaces_.end(), space); };
+    const auto lps = count("LPS"), ras = count("RAS");
+    const auto files = [](long n) { return std::to_string(n) + (n == 1 ? " file" : " files"); };
+    if (!settings_.frame.empty()) {
+      const auto turned = settings_.frame == "LPS" ? ras : lps;
+      draft_.notes.push_back(files(turned) + (turned == 1 ? " is" : " are") + " turned to " + settings_.frame + "; " +
+                             files(std::count(spaces_.begin(), spaces_.end(), "")) + " did not state LPS or RAS.");
+    } else if (lps > 0 && ras > 0) {
+      draft_.notes.push_back(files(lps) + (lps == 1 ? " says" : " say") + " SPACE=LPS and " + files(ras) + (ras == 1 ? " says" : " say") +
+                             " SPACE=RAS: their x and y axes point opposite ways. Turn them into one frame: --frame LPS, or --frame RAS.");
     }
   }
 
@@ -319,6 +339,8 @@ class Drafting {
   MeshStore& meshes_;
   std::optional<std::size_t> tool_file_;
   std::vector<std::pair<std::size_t, Eigen::AlignedBox3d>> file_boxes_;
+  std::vector<double> file_units_;  // of the same files [mm]
+  std::vector<std::string> spaces_;
   std::vector<Candidate> candidates_;
   SceneDraft draft_;
 };

@@ -28,6 +28,8 @@ struct SceneDraftSettings {
   std::optional<double> tolerance_mm = {};   // of the tool, and of every object that matches no pattern
   std::vector<ToleranceMatch> matches = {};  // later patterns have precedence over earlier ones
   std::optional<double> reach_mm = {};       // radius of formats::Reach
+  bool components = false;                   // each connected component becomes an object, in place of each part
+  std::string frame = {};                    // "LPS" or "RAS": objects of files that state the other one are turned; "": none
 };
 
 struct SceneDraft {

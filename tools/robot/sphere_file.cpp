@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "robot/sphere_file.h"
 
+#include <array>
 #include <cmath>
 
 #include "robot/xml_element.h"
 #include "robot/yaml_text.h"
 #include "run_files.h"
 #include "spheretree/core/rounding.h"
+#include "spheretree/formats/csv_table.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
+#include "spheretree/formats/mesh_file.h"
 
 namespace spheretree::robot {
 namespace {
@@ -19,14 +22,16 @@ using YAML::Node;
 /// Reads one file.
 class SphereFileReader {
  public:
-  SphereFileReader(const fs::path& path, double unit_mm) : path_(path), unit_(unit_mm) {}
+  SphereFileReader(const fs::path& path, std::optional<double> unit_mm) : path_(path), is_given_(unit_mm), unit_(unit_mm.value_or(1000)) {}
 
   SphereFile read() {
     const std::string ending = tool::endingOf(path_);
     if (ending == ".urdf" || ending == ".srdf" || ending == ".xml" || ending == ".mjcf")
       readMarkup();
+    else if (ending == ".csv")
+      readTable();
     else
-      readData(readYaml(path_), false);
+      readComment(), readData(readYaml(path_), false);
     std::erase_if(out_.sets, [](const SphereSet& set) { return set.balls.empty(); });
     if (out_.sets.empty())
       throw formats::FormatError(path_.string() + ": holds no sphere in a supported format (docs/robots.md lists them).");
@@ -36,6 +41,33 @@ class SphereFileReader {
  private:
   [[noreturn]] void refuseAt(const Node& node, const std::string& what) const {
     throw formats::FormatError(path_.string() + ":" + std::to_string(node.Mark().line + 1) + ": " + what);
+  }
+
+  void state(std::string_view unit) {
+    const bool is_known = unit == "mm" || unit == "cm" || unit == "m" || unit == "in";
+    if (!is_given_ && is_known) unit_ = formats::unitInMm(unit);
+  }
+
+  /// `convert` writes the unit into the names of the columns.
+  void readTable() {
+    const std::vector<std::byte> bytes = formats::readFile(path_);
+    formats::CsvTable table({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path_.string());
+    std::array<std::size_t, 4> column{};
+    for (std::size_t k = 0; k < column.size(); ++k) {
+      const std::string name = std::array{"x", "y", "z", "radius"}[k];
+      std::optional<std::size_t> found = table.find(name);
+      for (const char* unit : {"mm", "cm", "m", "in"}) {
+        if (found) break;
+        found = table.find(name + "_" + unit);
+        if (found) state(unit);
+      }
+      column[k] = found ? *found : table.require(name, "A list of spheres has the columns x, y, z and radius.");
+    }
+    out_.format = "table";
+    SphereSet& set = out_.sets.emplace_back();
+    while (table.next())
+      addBall(set, unit_ * Eigen::Vector3d(table.number(column[0]), table.number(column[1]), table.number(column[2])),
+              unit_ * table.number(column[3]));
   }
 
   double number(const Node& node) const {
@@ -105,6 +137,14 @@ class SphereFileReader {
     }
   }
 
+  /// The comment that `convert` writes into the first line of a .yaml.
+  void readComment() {
+    const std::vector<std::byte> bytes = formats::readFile(path_);
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    constexpr std::string_view kComment = "# unit: ";
+    if (text.starts_with(kComment)) state(text.substr(kComment.size(), text.find('\n') - kComment.size()));
+  }
+
   void readData(const Node& input, bool is_named) {
     const Node root = input;
     if (root.IsSequence()) {
@@ -116,6 +156,7 @@ class SphereFileReader {
       return;
     }
     if (!root.IsMap()) return;
+    if (root["unit"] && root["unit"].IsScalar()) state(root["unit"].Scalar());
     if (root["robot_cfg"] && root["robot_cfg"].IsMap() && root["robot_cfg"]["kinematics"] &&
         root["robot_cfg"]["kinematics"]["collision_spheres"])
       return readCollisionSpheres(root["robot_cfg"]["kinematics"]["collision_spheres"], is_named);
@@ -185,17 +226,18 @@ class SphereFileReader {
   }
 
   const fs::path& path_;
+  bool is_given_;  // the unit
   double unit_;
   SphereFile out_;
 };
 
 }  // namespace
 
-SphereFile readSphereFile(const fs::path& path, double unit_mm) { return SphereFileReader(path, unit_mm).read(); }
+SphereFile readSphereFile(const fs::path& path, std::optional<double> unit_mm) { return SphereFileReader(path, unit_mm).read(); }
 
 bool isSphereFile(const fs::path& path) {
   const std::string ending = tool::endingOf(path);
-  for (const char* known : {".yml", ".yaml", ".xrdf", ".urdf", ".srdf", ".xml", ".mjcf"})
+  for (const char* known : {".yml", ".yaml", ".csv", ".xrdf", ".urdf", ".srdf", ".xml", ".mjcf"})
     if (ending == known) return true;
   if (ending != ".json") return false;
   // A tree names its schema at the beginning.

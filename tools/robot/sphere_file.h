@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,11 +25,13 @@ struct SphereFile {
 };
 
 /// Identifies the format by its content: cuRobo (`collision_spheres`, in the file or in one that it names), XRDF, foam
-/// (its last depth), ballpark, MorphIt, lists of {center|origin, radius}, whole or for each link; URDF (<sphere> of
+/// (its last depth), ballpark, MorphIt, lists of {center|origin, radius}, whole or for each link, tables (.csv) with
+/// the columns x, y, z and radius; URDF (<sphere> of
 /// collisions, placed by their origins), SRDF (<link_sphere_approximation>), MJCF (geoms of type sphere). `unit_mm`:
-/// one unit of its numbers, finite and above 0; these formats prescribe metres.
+/// one unit of its numbers, finite and above 0; empty: as the file states it, which lists of `convert` do, otherwise
+/// metres, which these formats prescribe.
 /// @throws formats::FileError; formats::FormatError for anything else, or if it contains no sphere.
-SphereFile readSphereFile(const std::filesystem::path& path, double unit_mm = 1000);
+SphereFile readSphereFile(const std::filesystem::path& path, std::optional<double> unit_mm = std::nullopt);
 
 /// The set of this link; if `link` is empty, the only set. @throws formats::FormatError with the existing links.
 const SphereSet& setOf(const SphereFile& file, const std::filesystem::path& path, const std::string& link);

@@ -213,27 +213,27 @@ std::string line(const char* format, auto... values) {
 
 }  // namespace
 
-std::string unitHint(double diagonal) {
+std::string unitHint(double diagonal, double unit_mm) {
   if (diagonal >= kSmallSolid && diagonal <= kLargeSolid) return {};
   char text[96];
   std::snprintf(text, sizeof text, "the diagonal is %.3g mm, %s", diagonal, diagonal < kSmallSolid ? "very small" : "very large");
   std::string hint = text;
   std::string fitting;
-  const std::pair<const char*, double> units[] = {{"cm", 10}, {"in", 25.4}, {"m", 1000}};
+  const std::pair<const char*, double> units[] = {{"mm", 1}, {"cm", 10}, {"in", 25.4}, {"m", 1000}};
   for (const auto& [unit, mm] : units)
-    if (diagonal * mm >= 5 && diagonal * mm <= kLargeSolid) {
-      std::snprintf(text, sizeof text, "%s--unit %s makes it %.3g mm", fitting.empty() ? "" : ", ", unit, diagonal * mm);
+    if (const double size = diagonal / unit_mm * mm; mm != unit_mm && size >= kSmallSolid && size <= kLargeSolid) {
+      std::snprintf(text, sizeof text, "%s--unit %s makes it %.3g mm", fitting.empty() ? "" : ", ", unit, size);
       fitting += text;
     }
   if (!fitting.empty()) return hint + ": " + fitting + ".";
   return hint + (diagonal > kLargeSolid ? ": was it written in micrometres? Scale it where it was made." : ": scale it where it was made.");
 }
 
-MeshSurvey surveyMesh(const TriangleMesh& mesh, const MeshReport& report, Progress& progress) {
+MeshSurvey surveyMesh(const TriangleMesh& mesh, const MeshReport& report, Progress& progress, double unit_mm) {
   MeshSurvey survey;
   if (report.component_of.empty()) return survey;
   const double diagonal = (report.high - report.low).norm();
-  survey.unit_hint = unitHint(diagonal);
+  survey.unit_hint = unitHint(diagonal, unit_mm);
   if (report.has(DefectKind::Scale)) return survey;
   const std::vector<Side> sides = sortedSides(mesh);
   if (report.has(DefectKind::Border)) {

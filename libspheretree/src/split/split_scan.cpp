@@ -27,8 +27,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kStubMargin = 1;  // thickness of the gum below the stubs [mm]
-constexpr int kMaxRecuts = 3;      // rounds of removing triangles that a wall crosses
+constexpr double kStubMargin = 1;    // thickness of the gum below the stubs [mm]
+constexpr double kOpenShare = 0.05;  // of the area of a scan: its vector area; less is a closed surface with small holes
+constexpr int kMaxRecuts = 3;        // rounds of removing triangles that a wall crosses
 
 std::string number(double value) {
   char text[32];
@@ -103,13 +104,34 @@ class Splitter {
     dropDebris(mesh);
     if (mesh.triangles.empty()) throw BuildError("the scan has no surface of " + number(settings_.min_area_mm2) + " mm2 or more.");
     keepUsed(mesh, labels);
-    Vector3d sum = Vector3d::Zero();
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-      sum += (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0));
-    out_.up = sum.norm() > 0 ? Vector3d(sum.normalized()) : Vector3d::UnitZ();
+    findUp(mesh, labels);
     surface_.is_invented.assign(mesh.triangles.size(), 0);
     surface_.vertex_region = std::move(labels);
     surface_.mesh = std::move(mesh);
+  }
+
+  /// An open scan looks up. The normals of a closed one, such as a cast with its base, cancel one another; those of its
+  /// crowns do not.
+  void findUp(const TriangleMesh& mesh, const std::vector<std::int32_t>& labels) {
+    Vector3d whole = Vector3d::Zero(), crowns = Vector3d::Zero();
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const Vector3d normal = (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)) / 2;
+      whole += normal;
+      if (std::all_of(mesh.triangles[t].begin(), mesh.triangles[t].end(), [&](std::uint32_t v) { return labels[v] != kGumLabel; }))
+        crowns += normal;
+    }
+    const bool is_closed = !(whole.norm() > kOpenShare * surfaceArea(mesh));
+    if (settings_.up) {
+      out_.up = settings_.up->normalized();
+    } else if (is_closed) {
+      if (!(crowns.norm() > 0)) throw BuildError("the scan is closed, so up cannot be told. Say it: --up X,Y,Z.");
+      out_.up = crowns.normalized();
+      out_.notes.push_back("The scan is closed, so up cannot be told from it as a whole: it is where the crowns look, (" +
+                           number(out_.up.x()) + ", " + number(out_.up.y()) + ", " + number(out_.up.z()) +
+                           "). If it is not, add --up X,Y,Z.");
+    } else {
+      out_.up = whole.normalized();
+    }
   }
 
   void dropDebris(TriangleMesh& mesh) {
@@ -287,6 +309,7 @@ SplitScan splitScan(const TriangleMesh& scan, std::span<const std::int32_t> labe
   if (label_of_vertex.size() != scan.positions.size()) throw std::invalid_argument("a scan needs one label for each of its vertices");
   if (std::any_of(label_of_vertex.begin(), label_of_vertex.end(), [](std::int32_t label) { return label < 0; }))
     throw std::invalid_argument("the label of a vertex is negative");
+  if (settings.up && !(settings.up->allFinite() && settings.up->norm() > 0)) throw std::invalid_argument("up is not a direction");
   if (!(settings.smooth_mm >= 0 && settings.min_area_mm2 >= 0 && settings.base_mm > 0 && settings.root_mm >= 0))
     throw std::invalid_argument("a length of the split is negative or no number");
   return Splitter(settings, progress).run(scan, label_of_vertex);

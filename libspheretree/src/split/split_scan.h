@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,10 +19,11 @@
 namespace spheretree::builder {
 
 struct SplitSettings {
-  double smooth_mm = 0.15;  // >= 0: largest motion of the border between labels when it is smoothed
-  double min_area_mm2 = 4;  // >= 0: smaller pieces of a label join the neighbour with the longest common border
-  double base_mm = 4;       // > 0: distance from the lowest point of the scan to the base plane of the gum
-  double root_mm = 0;       // >= 0: length of the conical stub of a tooth; 0: a cap of least bending
+  double smooth_mm = 0.15;                 // >= 0: largest motion of the border between labels when it is smoothed
+  double min_area_mm2 = 4;                 // >= 0: smaller pieces of a label join the neighbour with the longest common border
+  double base_mm = 4;                      // > 0: distance from the lowest point of the scan to the base plane of the gum
+  double root_mm = 0;                      // >= 0: length of the conical stub of a tooth; 0: a cap of least bending
+  std::optional<Eigen::Vector3d> up = {};  // from the gum to the biting edges, not zero; empty: as the scan tells
 };
 
 inline constexpr std::int32_t kGumLabel = 0;

@@ -129,6 +129,13 @@ TEST(MeshSurvey, TinyPartsAndUnlikelyUnits) {
   EXPECT_NE(survey(test::boxMesh({0, 0, 0}, {20000, 1e4, 1e4})).unit_hint.find("very large"), std::string::npos);
 }
 
+TEST(MeshSurvey, EveryUnitThatFitsIsProposed) {
+  EXPECT_EQ(unitHint(16000, 1000),
+            "the diagonal is 1.6e+04 mm, very large: --unit mm makes it 16 mm, --unit cm makes it 160 mm, --unit in makes it 406 mm.")
+      << "a glTF in mm";
+  EXPECT_EQ(unitHint(16, 1), "");
+}
+
 TEST(MeshSurvey, ThicknessAndLeavesOfKnownSolids) {
   const MeshSurvey ball = survey(test::sphereMesh(5, 4));
   ASSERT_TRUE(ball.has_inside);

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,17 +18,21 @@ struct LabelSource {
   std::string property;        // of a PLY file: a scalar of the vertices or faces, or "colour"
   bool parts = false;          // the parts of the mesh file, by their names
   std::string numbering = "fdi";
+  std::string side = "auto";              // whether labels belong to "vertices" or to "faces"; "auto": see docs/split.md
+  std::optional<std::int32_t> gum_label;  // a label that is gum, beside 0
 };
 
 struct ScanInput {
   TriangleMesh mesh;
   std::vector<std::int32_t> labels;  // of each vertex: FDI number, 0 for gum, or a number that is not a tooth
   std::string jaw;                   // "upper" or "lower" according to the labels; "" if they do not specify it
+  std::string space;                 // of formats::MeshFile
   std::vector<std::string> notes;    // whole sentences
 };
 
-/// @throws formats::FileError; formats::FormatError for labels that do not fit the mesh, with the place;
-/// tool::UsageError for a numbering that the labels cannot have.
-ScanInput readScan(const std::filesystem::path& scan, const std::string& unit, const LabelSource& source);
+/// `jaw`: "upper" or "lower" if the user says so, otherwise "auto".
+/// @throws formats::FileError; formats::FormatError for labels that do not fit the mesh, with the place, and for parts
+/// that are closed solids already; tool::UsageError for a numbering that the labels cannot have.
+ScanInput readScan(const std::filesystem::path& scan, const std::string& unit, const LabelSource& source, const std::string& jaw);
 
 }  // namespace spheretree::pipeline

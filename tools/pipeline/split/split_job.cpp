@@ -31,6 +31,7 @@ using Json = nlohmann::ordered_json;
 using tool::UsageError;
 
 constexpr double kToothTolerance = 0.1, kGumTolerance = 0.3;  // tolerances in the scene [mm]
+constexpr int kSceneLevels = 5;                               // of the trees in the scene: up to 4,096 leaves
 constexpr double kMinMolar = 8, kMaxMolar = 14;               // range of the width of a first molar [mm]
 constexpr double kMinArch = 40, kMaxArch = 80;                // range of the distance between the two teeth farthest apart [mm]
 // Bonwill (1887): the middle between the condyles is 86.6 mm behind the incisors; Balkwill (1866): 25 degrees above the
@@ -64,14 +65,17 @@ void check(const SplitJobSettings& s) {
   if (!s.labels.empty() && s.labels.size() != s.scans.size())
     throw UsageError("--labels needs one file for each scan: " + std::to_string(s.scans.size()) + ", not " +
                      std::to_string(s.labels.size()) + ".");
+  if (s.split.up && !(s.split.up->norm() > 0)) throw UsageError("--up is 0,0,0, which is no direction. Give one such as 0,0,1.");
+  if (s.split.up && s.scans.size() == 2)
+    throw UsageError("--up is for one scan; two jaws look in opposite directions. Split them one by one.");
   if (s.opening_deg && s.scans.size() != 2) throw UsageError("--opening rotates the lower jaw relative to the upper one. Give both scans.");
   if (s.jaw != "auto" && s.scans.size() == 2) throw UsageError("--jaw is for one scan; with two scans the labels tell the jaws apart.");
 }
 
 void nameParts(Jaw& jaw, std::set<std::string>& taken) {
   for (const SplitPart& part : jaw.split.parts) {
-    std::string name =
-        part.label == builder::kGumLabel ? "gum_" + jaw.name : (isFdi(part.label) ? "tooth_" : "label_") + std::to_string(part.label);
+    std::string name = part.label == builder::kGumLabel ? (jaw.name.empty() ? "gum" : "gum_" + jaw.name)
+                                                        : (isFdi(part.label) ? "tooth_" : "label_") + std::to_string(part.label);
     if (part.piece > 1) name += "_" + std::to_string(part.piece);
     if (taken.count(name) > 0) name += "_" + jaw.name;
     taken.insert(name);
@@ -107,17 +111,41 @@ void checkSizes(Jaw& jaw) {
                         ". Is the unit right? See --unit.");
 }
 
-Jaw splitJaw(const SplitJobSettings& settings, std::size_t index, builder::Progress& progress) {
+/// Reads both scans and tells the jaws apart, before any work.
+std::vector<ScanInput> readScans(const SplitJobSettings& settings, builder::Progress& progress) {
+  progress.stage("read");
+  std::vector<ScanInput> inputs;
+  for (std::size_t i = 0; i < settings.scans.size(); ++i) {
+    progress.check();
+    LabelSource source = settings.source;
+    if (!settings.labels.empty()) source.file = settings.labels[i];
+    inputs.push_back(readScan(settings.scans[i], settings.unit, source, settings.jaw));
+    ScanInput& input = inputs.back();
+    if (!settings.frame.empty() && !input.space.empty() && input.space != settings.frame)
+      for (Vector3d& p : input.mesh.positions) p = {0.0 - p.x(), 0.0 - p.y(), p.z()};  // LPS and RAS differ in two axes
+  }
+  for (ScanInput& input : inputs)
+    if (input.jaw.empty()) {
+      if (inputs.size() == 2)
+        throw UsageError("jaw unknown: nothing tells which scan is the upper jaw. Split them one by one, with --jaw.");
+      input.notes.push_back("jaw unknown: neither the labels nor their file tell it. Add --jaw upper or --jaw lower.");
+    }
+  if (inputs.size() == 2 && inputs[0].jaw == inputs[1].jaw)
+    throw formats::FormatError(settings.scans[1].string() + ": both scans are of the " + inputs[0].jaw +
+                               " jaw according to their labels. Give one of each.");
+  if (settings.frame.empty() && inputs.size() == 2 && !inputs[0].space.empty() && !inputs[1].space.empty() &&
+      inputs[0].space != inputs[1].space)
+    inputs[1].notes.push_back("this scan states SPACE=" + inputs[1].space + " and the other one " + inputs[0].space +
+                              ": their x and y axes point opposite ways. Turn it: --frame " + inputs[0].space + ".");
+  return inputs;
+}
+
+Jaw splitJaw(const SplitJobSettings& settings, std::size_t index, ScanInput input, builder::Progress& progress) {
   Jaw jaw;
   jaw.scan = settings.scans[index];
-  LabelSource source = settings.source;
-  if (!settings.labels.empty()) source.file = settings.labels[index];
-  progress.stage("read");
-  ScanInput input = readScan(jaw.scan, settings.unit, source);
+  jaw.name = input.jaw;
   jaw.notes = std::move(input.notes);
   jaw.split = builder::splitScan(input.mesh, input.labels, settings.split, progress);
-  jaw.name = settings.jaw != "auto" ? settings.jaw : input.jaw;
-  if (jaw.name.empty()) jaw.name = jaw.split.up.z() > 0 ? "lower" : "upper";  // without numbers: teeth of the upper jaw point down
   for (const std::string& note : jaw.split.notes) jaw.notes.push_back(note);
   checkSizes(jaw);
   return jaw;
@@ -155,7 +183,7 @@ Json toJson(const Jaw& jaw) {
   Json parts = Json::array();
   for (std::size_t i = 0; i < jaw.part_names.size(); ++i) parts.push_back(toJson(jaw.split.parts[i], jaw.part_names[i]));
   const Vector3d& up = jaw.split.up;
-  return {{"jaw", jaw.name},
+  return {{"jaw", jaw.name.empty() ? Json(nullptr) : Json(jaw.name)},
           {"scan", jaw.scan.string()},
           {"up", {up.x(), up.y(), up.z()}},
           {"scan_area_mm2", jaw.split.scan_area},
@@ -235,7 +263,7 @@ class Writing {
     files.willWrite(report_path);
     SceneDraftSettings draft;
     draft.tolerance_mm = kToothTolerance;
-    draft.matches = {{"gum_*", kGumTolerance}};
+    draft.matches = {{"gum*", kGumTolerance}};
     bool has_gum = false;
     for (const Jaw& jaw : jaws_)
       for (std::size_t i = 0; i < jaw.part_names.size(); ++i) {
@@ -261,7 +289,7 @@ class Writing {
   void note(const Jaw& jaw, std::size_t i) {
     const SplitPart& part = jaw.split.parts[i];
     if (i == 0)
-      for (const std::string& text : jaw.notes) result_.notes.push_back(jaw.name + ": " + text);
+      for (const std::string& text : jaw.notes) result_.notes.push_back((jaw.name.empty() ? jaw.scan.string() : jaw.name) + ": " + text);
     if (part.crossing_pairs > 0 && part.is_sound) {
       ++result_.crossing;
       result_.notes.push_back("finding: " + jaw.part_names[i] + " crosses its neighbours in " + std::to_string(part.crossing_pairs) +
@@ -280,6 +308,7 @@ class Writing {
   void writeScene(const SceneDraftSettings& draft, const fs::path& path) {
     MeshStore meshes;
     SceneDraft scene = draftScene(draft, path, meshes);
+    scene.scene.defaults.levels = kSceneLevels;
     if (settings_.opening_deg)
       for (const Jaw& jaw : jaws_) {
         if (jaw.name != "lower") continue;
@@ -303,15 +332,13 @@ SplitJobResult runSplit(const SplitJobSettings& settings, builder::Progress& pro
   check(settings);
   for (const fs::path& scan : settings.scans) files.willRead(scan);
   for (const fs::path& labels : settings.labels) files.willRead(labels);
+  std::vector<ScanInput> inputs = readScans(settings, progress);
   files.makeFolder(settings.folder);
   files.willWrite(settings.marked, {".glb"}, "the marked mesh", false);  // it may be in the folder
   std::vector<Jaw> jaws;
   std::set<std::string> taken;
   for (std::size_t i = 0; i < settings.scans.size(); ++i) {
-    jaws.push_back(splitJaw(settings, i, progress));
-    if (i == 1 && jaws[0].name == jaws[1].name)
-      throw formats::FormatError(settings.scans[1].string() + ": both scans are of the " + jaws[0].name +
-                                 " jaw according to their labels. Give one of each.");
+    jaws.push_back(splitJaw(settings, i, std::move(inputs[i]), progress));
     nameParts(jaws.back(), taken);
   }
   return Writing(settings, jaws).run(files);

@@ -23,6 +23,7 @@ struct SplitJobSettings {
   std::filesystem::path marked;               // GLB with the invented triangles marked; "": none
   std::string unit;                           // of the scans; "": mm, glTF m
   std::string jaw = "auto";                   // upper, lower, auto
+  std::string frame;                          // "LPS" or "RAS": scans that state the other one are turned; "": none
   std::optional<double> opening_deg;          // angle by which the lower of two jaws is opened
   builder::SplitSettings split;
 };

@@ -53,19 +53,29 @@ std::string missedGraded(const pipeline::TreeFigures& figures) {
 
 /// Reports the objects that failed or missed their tolerance, and returns the number of the latter.
 std::size_t reportFaults(const BatchResult& result) {
-  std::size_t missed = 0;
+  constexpr std::size_t kListed = 3;
+  std::vector<std::string> missed;
+  std::vector<std::string> lines;
   for (const ObjectResult& object : result.objects) {
     if (object.status == ItemStatus::Failed) say("spheretree: " + object.name + ": " + object.error);
     if (!object.hasTree() || object.figures.tolerance_met.value_or(true)) continue;
     if (result.budget) continue;  // that is the price of the budget; the report shows it
-    ++missed;
+    missed.push_back(object.name);
     const pipeline::TreeFigures& figures = object.figures;
     // With regions of work, the largest overhang is usually elsewhere, where more is allowed.
     const std::string what =
         figures.isGraded() ? missedGraded(figures) : pipeline::missedTolerance(*figures.tolerance_mm, figures.leafBound(), figures.leaves);
-    say("spheretree: " + object.name + ": " + what + " Allow more levels or a larger tolerance_mm.");
+    lines.push_back("spheretree: " + object.name + ": " + what + " Allow more levels or a larger tolerance_mm.");
   }
-  return missed;
+  if (missed.size() <= kListed) {
+    for (const std::string& line : lines) say(line);
+  } else {
+    std::string names;
+    for (std::size_t i = 0; i < kListed; ++i) names += missed[i] + ", ";
+    say("spheretree: " + std::to_string(missed.size()) + " objects miss their tolerance; the best results were written: " + names + "and " +
+        std::to_string(missed.size() - kListed) + " more, which report.json lists. Allow more levels or a larger tolerance_mm.");
+  }
+  return missed.size();
 }
 
 /// Lists the repairs of the user's meshes, the largest change first; report.json and the page have all of them.
@@ -138,11 +148,12 @@ int printResults(const BatchSettings& settings, const BatchResult& result) {
   printTimes(result);
   if (result.budget) printBudget(*result.budget);
   printRepairs(result, settings);
-  if (settings.shard.count == 1 && totals.failed < result.objects.size())
+  const bool is_missed = missed > 0 || (result.budget && !result.budget->met);
+  if (settings.shard.count == 1 && totals.failed < result.objects.size() && !is_missed)
     printResult("next: spheretree report %s -o PAGE.html, or haptic-player %s\n", plainText(settings.folder.string()).c_str(),
                 plainText((settings.folder / "scene.json").string()).c_str());
   if (totals.failed > 0) return kExitPartlyFailed;
-  return missed > 0 || (result.budget && !result.budget->met) ? kExitTargetMissed : kExitOk;
+  return is_missed ? kExitTargetMissed : kExitOk;
 }
 
 struct BatchOptions {

@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "commands/command.h"
@@ -37,37 +38,58 @@ struct CheckOptions {
   bool json = false, list_parts = false;
 };
 
-/// One line of --list-parts: a named part or a connected component alone.
+/// One line of --list-parts: a named part, or a connected component that is none.
 struct PartLine {
-  std::string name;  // as --parts accepts it
+  std::string name;                        // as --parts accepts it
+  std::optional<std::uint32_t> component;  // that has the same triangles
   std::size_t triangles;
   double volume_mm3;
-  Eigen::Vector3d size_mm;
-  const char* state;  // of this part alone: sound, inside out, defective
+  Eigen::Vector3d low_mm, high_mm;  // of its box
+  const char* state;                // of this part alone: sound, inside out, defective
 };
 
 const char* buildOf(const builder::RepairedMesh& repaired) {
   return !repaired.isSound() ? "refuse" : repaired.steps.empty() ? "accept" : "fix";
 }
 
+/// The component that has exactly the triangles of a part; empty for parts of several components, or of a share of one.
+std::vector<std::optional<std::uint32_t>> componentsOfParts(const TriangleMesh& mesh, const builder::MeshReport& report) {
+  std::vector<std::size_t> count(mesh.part_names.size());
+  std::vector<std::optional<std::uint32_t>> out(mesh.part_names.size());
+  std::vector<bool> has_several(mesh.part_names.size());
+  for (std::size_t t = 0; t < mesh.part.size(); ++t) {
+    const std::uint32_t p = mesh.part[t], c = report.component_of[t];
+    ++count[p];
+    has_several[p] = has_several[p] || (out[p] && *out[p] != c);
+    out[p] = c;
+  }
+  for (std::size_t p = 0; p < out.size(); ++p)
+    if (out[p] && (has_several[p] || report.components[*out[p]].triangles != count[p])) out[p].reset();
+  return out;
+}
+
 std::vector<PartLine> partsOf(const TriangleMesh& mesh, const builder::MeshReport& report, builder::Progress& progress) {
   std::vector<PartLine> lines;
-  const auto add = [&](const std::string& name, const TriangleMesh& part) {
+  const auto add = [&](const std::string& name, std::optional<std::uint32_t> component, const TriangleMesh& part) {
     progress.check();
     const builder::MeshReport own = builder::checkMesh(part);
-    lines.push_back({name, own.triangles, own.volume, own.high - own.low,
+    lines.push_back({name, component, own.triangles, own.volume, own.low, own.high,
                      own.clean()     ? "sound"
                      : own.fixable() ? "inside out"
                                      : "defective"});
   };
-  for (const std::string& name : mesh.part_names) add(name, formats::selectPart(mesh, name));
+  if (report.component_of.empty()) return lines;
+  const std::vector<std::optional<std::uint32_t>> component_of_part = componentsOfParts(mesh, report);
+  for (std::size_t p = 0; p < mesh.part_names.size(); ++p)
+    add(mesh.part_names[p], component_of_part[p], formats::selectPart(mesh, mesh.part_names[p]));
   TriangleMesh by_component = mesh;
   by_component.part = report.component_of;
   by_component.part_names.clear();
   for (std::size_t c = 0; c < report.components.size(); ++c) by_component.part_names.push_back("#" + std::to_string(c));
   constexpr std::size_t kMaxComponents = 1000;  // each is checked separately
-  for (std::size_t c = 0; c < std::min(kMaxComponents, report.components.size()); ++c)
-    add(by_component.part_names[c], formats::selectPart(by_component, by_component.part_names[c]));
+  for (std::uint32_t c = 0; c < std::min(kMaxComponents, report.components.size()); ++c)
+    if (std::find(component_of_part.begin(), component_of_part.end(), c) == component_of_part.end())
+      add(by_component.part_names[c], c, formats::selectPart(by_component, by_component.part_names[c]));
   return lines;
 }
 
@@ -241,16 +263,25 @@ Json partsJson(const std::vector<PartLine>& parts) {
   Json list = Json::array();
   for (const PartLine& p : parts)
     list.push_back({{"name", p.name},
+                    {"component", p.component ? Json(*p.component) : Json(nullptr)},
                     {"triangles", p.triangles},
-                    {"size_mm", pointJson(p.size_mm)},
+                    {"size_mm", pointJson(p.high_mm - p.low_mm)},
+                    {"centre_mm", pointJson((p.low_mm + p.high_mm) / 2)},
+                    {"box_mm", {{"low", pointJson(p.low_mm)}, {"high", pointJson(p.high_mm)}}},
                     {"volume_mm3", p.volume_mm3},
                     {"state", p.state}});
   return list;
 }
 
 void printParts(const std::vector<PartLine>& parts) {
-  printResult("triangles    volume [mm3]  state       part\n");
-  for (const PartLine& p : parts) printResult("%9zu  %14.6g  %-10s  %s\n", p.triangles, p.volume_mm3, p.state, plainText(p.name).c_str());
+  printResult("triangles    volume [mm3]  centre of its box [mm]                size of its box [mm]            state       part\n");
+  for (const PartLine& p : parts) {
+    const Eigen::Vector3d centre = (p.low_mm + p.high_mm) / 2, size = p.high_mm - p.low_mm;
+    std::string name = plainText(p.name);
+    if (p.component && p.name != "#" + std::to_string(*p.component)) name += " (#" + std::to_string(*p.component) + ")";
+    printResult("%9zu  %14.6g  %10.4g %10.4g %10.4g  %9.4g %9.4g %9.4g  %-10s  %s\n", p.triangles, p.volume_mm3, centre.x(), centre.y(),
+                centre.z(), size.x(), size.y(), size.z(), p.state, name.c_str());
+  }
 }
 
 /// Whether the exit code reports a failure for a mesh.
@@ -271,7 +302,7 @@ bool checkOne(const CheckOptions& options, const std::filesystem::path& input, J
   const builder::MeshReport report = needs_all ? builder::checkMesh(mesh, std::numeric_limits<std::size_t>::max()) : repaired.report;
   progress.check();
   progress.stage("survey");
-  const builder::MeshSurvey survey = builder::surveyMesh(mesh, report, progress);
+  const builder::MeshSurvey survey = builder::surveyMesh(mesh, report, progress, file.unit_mm);
   const std::vector<PartLine> parts = options.list_parts ? partsOf(mesh, report, progress) : std::vector<PartLine>();
   progress.check();
   if (!options.output.empty()) formats::writeWhole(options.output, formats::encodeMarkedGlb(mesh, marksOf(report, survey)));

@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "spheretree/core/sphere_tree.h"
+#include "spheretree/formats/mesh_file.h"
 
 namespace spheretree::tool {
 
@@ -12,6 +13,16 @@ void addUnit(CLI::App& app, std::string& unit) {
       ->type_name("UNIT")
       ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
 }
+
+void addSpheresUnit(CLI::App& app, std::string& unit) {
+  app.add_option("--spheres-unit", unit,
+                 "Unit of the numbers in a file of spheres: mm, cm, m or in; default: as the file states it, which lists of convert do, "
+                 "else m")
+      ->type_name("UNIT")
+      ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
+}
+
+std::optional<double> spheresUnit(const std::string& unit) { return unit.empty() ? std::nullopt : std::optional(formats::unitInMm(unit)); }
 
 void addParts(CLI::App& app, std::string& parts) {
   app.add_option("--parts", parts,

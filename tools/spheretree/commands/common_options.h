@@ -4,12 +4,17 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace spheretree::tool {
 
 /// --unit; `unit` stays empty if it is not given. formats::unitInMm() converts it to mm.
 void addUnit(CLI::App& app, std::string& unit);
+
+/// --spheres-unit; `unit` stays empty if it is not given.
+void addSpheresUnit(CLI::App& app, std::string& unit);
+std::optional<double> spheresUnit(const std::string& unit);  // [mm]; for robot::readSphereFile()
 
 /// --parts, for choosePart().
 void addParts(CLI::App& app, std::string& parts);

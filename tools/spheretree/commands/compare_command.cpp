@@ -38,7 +38,7 @@ struct CompareOptions {
   std::vector<std::string> builders = pipeline::namesOf(pipeline::kNamedBuilders), qualities = pipeline::namesOf(pipeline::kQualities);
   std::vector<fs::path> spheres;  // of other programs
   fs::path against;               // a list of such files with their times
-  std::string unit, spheres_unit = "m";
+  std::string unit, spheres_unit;
   pipeline::ComparisonSettings settings;
 };
 
@@ -95,7 +95,7 @@ void addAgainst(const CompareOptions& options, std::vector<ComparedMesh>& meshes
       other.level = robot::levelOf(set);
       other.format = endingOf(path).substr(1);
     } else {
-      const robot::SphereFile read = robot::readSphereFile(path, formats::unitInMm(options.spheres_unit));
+      const robot::SphereFile read = robot::readSphereFile(path, spheresUnit(options.spheres_unit));
       if (read.sets.size() != 1) table.failField(file, "a file of " + counted(read.sets.size(), "link") + "; it must have one");
       other.level = robot::levelOf(read.sets[0]);
       other.format = read.format;
@@ -109,7 +109,7 @@ void addAgainst(const CompareOptions& options, std::vector<ComparedMesh>& meshes
 void addSpheres(const CompareOptions& options, std::vector<ComparedMesh>& meshes, bool quiet) {
   std::vector<std::set<std::string>> taken(meshes.size(), {options.builders.begin(), options.builders.end()});
   for (const fs::path& file : options.spheres) {
-    const robot::SphereFile read = robot::readSphereFile(file, formats::unitInMm(options.spheres_unit));
+    const robot::SphereFile read = robot::readSphereFile(file, spheresUnit(options.spheres_unit));
     if (!quiet && read.without_volume > 0)
       say(file.string() + ": " + counted(read.without_volume, "sphere") + " with a radius of 0 or below left out.");
     bool is_used = false;
@@ -220,9 +220,7 @@ void addCompareCommand(Program& program) {
                   "List of other programs' spheres with their times, for the chart of speed: CSV with the columns name, mesh (its file "
                   "without the ending), seconds and file (.sph, .stree, or as for --spheres)")
       ->type_name("FILE");
-  app->add_option("--spheres-unit", options->spheres_unit, "Unit of the numbers in these files: mm, cm, m or in; default m")
-      ->type_name("UNIT")
-      ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
+  addSpheresUnit(*app, options->spheres_unit);
   addTreeSize(*app, options->settings.build.levels, options->settings.build.branching);
   app->add_option("--sensitivity,--stability", options->settings.rotations,
                   "Add a table of how much the trees change when the mesh is rotated (N times), shifted slightly, reordered, scaled or "

@@ -67,7 +67,7 @@ std::vector<std::byte> converted(const SphereTree& tree, const ConvertOptions& o
     throw UsageError("--level " + std::to_string(options.level) + ": the tree has the levels 0 to " +
                      std::to_string(tree.levelCount() - 1) + ".");
   const formats::SphereListSettings list{.level = options.level >= 0 ? options.level : tree.levelCount() - 1,
-                                         .unit_mm = formats::unitInMm(options.unit),
+                                         .unit = options.unit.empty() ? "mm" : options.unit,
                                          .kind = kind,
                                          .name = isDash(options.input) ? "spheres" : options.input.stem().string()};
   const auto bytesOf = [](const std::string& text) {

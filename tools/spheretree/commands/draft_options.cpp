@@ -39,6 +39,12 @@ void addDraftOptions(CLI::App& app, pipeline::SceneDraftSettings& draft) {
                  "largest one; default: none, all surfaces keep their tolerance")
       ->type_name("MM")
       ->check(numberIn(1e-9, formats::kMaxSceneLength));
+  app.add_flag("--components", draft.components,
+               "Make an object of each connected component of the mesh files, in place of each named part; default: off");
+  app.add_option("--frame", draft.frame,
+                 "LPS or RAS: turn the objects of files whose header states the other one (SPACE=); default: none, as they are stored")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"LPS", "RAS"}));
   addUnit(app, draft.unit);
 }
 

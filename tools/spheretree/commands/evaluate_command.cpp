@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // spheretree evaluate: how well a tree represents a mesh. Definition of the figures: docs/measures.md
+#include <Eigen/Geometry>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -34,8 +35,8 @@ struct EvaluateOptions {
   bool json = false, no_limits = false;
   builder::EvaluateSettings settings;
   StatesOptions states;
-  std::string link, spheres_unit = "m";  // of spheres that a robot program wrote
-  RobotInput robot;                      // `units` also holds the unit of another mesh
+  std::string link, spheres_unit;  // of a file of spheres; unit "": as the file states it, or metres
+  RobotInput robot;                // `units` also holds the unit of another mesh
 };
 
 void printText(const EvaluateOptions& options, std::size_t triangles, const builder::Evaluation& evaluation) {
@@ -76,8 +77,33 @@ void printText(const EvaluateOptions& options, std::size_t triangles, const buil
 /// A tree, or the spheres of one link as one level.
 SphereTree readTreeOrSpheres(const EvaluateOptions& options) {
   if (isDash(options.tree) || !robot::isSphereFile(options.tree)) return readTree(options.tree);
-  const robot::SphereFile file = robot::readSphereFile(options.tree, formats::unitInMm(options.spheres_unit));
+  const robot::SphereFile file = robot::readSphereFile(options.tree, spheresUnit(options.spheres_unit));
   return robot::levelOf(robot::setOf(file, options.tree, options.link));
+}
+
+Eigen::AlignedBox3d boxOf(const SphereTree& tree) {
+  Eigen::AlignedBox3d box;
+  for (const Sphere& s : tree.cover) {
+    const Eigen::Vector3d centre(double{s.x} + tree.origin_mm[0], double{s.y} + tree.origin_mm[1], double{s.z} + tree.origin_mm[2]);
+    box.extend(centre - Eigen::Vector3d::Constant(s.radius)), box.extend(centre + Eigen::Vector3d::Constant(s.radius));
+  }
+  return box;
+}
+
+/// A warning if spheres are of quite another size than their mesh, with the option that mends it.
+std::string sizeWarning(const EvaluateOptions& options, const TriangleMesh& mesh, const SphereTree& tree) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : mesh.positions) box.extend(p);
+  const double ratio = boxOf(tree).diagonal().norm() / box.diagonal().norm();
+  if (!(ratio > 5 || ratio < 0.2)) return {};
+  char text[160];
+  std::snprintf(text, sizeof text, "the spheres are %.3g times as large as the mesh", ratio);
+  std::string fitting;
+  const double read = spheresUnit(options.spheres_unit).value_or(1000);
+  for (const char* unit : {"mm", "cm", "in", "m"})
+    if (const double scaled = ratio * formats::unitInMm(unit) / read; scaled > 0.5 && scaled < 2)
+      fitting = std::string(": --spheres-unit ") + unit + " makes them fit";
+  return text + (robot::isSphereFile(options.tree) ? fitting : "") + ".";
 }
 
 int runEvaluate(EvaluateOptions options, const Program& program, builder::Progress& progress) {
@@ -88,7 +114,7 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
   if (endingOf(options.mesh) == ".urdf") {
     options.settings.limits = false;
     options.robot.urdf = options.mesh;
-    return evaluateRobot({options.robot, options.tree, options.link, formats::unitInMm(options.spheres_unit), options.repair, options.json,
+    return evaluateRobot({options.robot, options.tree, options.link, spheresUnit(options.spheres_unit), options.repair, options.json,
                           options.settings},
                          program.quiet, progress);
   }
@@ -114,6 +140,8 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
     return reportStates(formats::shownName(options.tree), tree, tissue, repaired, options.states, progress);
   }
   mesh = repaired.mesh;
+  if (const std::string warning = sizeWarning(options, mesh, tree); !program.quiet && !warning.empty())
+    say("spheretree: warning: " + warning);
   const Hash128& made_of = tree.provenance.mesh_hash;
   if (!program.quiet && made_of != Hash128{} && made_of != builder::meshHash(mesh))
     say("spheretree: warning: " + formats::shownName(options.tree) + " was built from another mesh than " +
@@ -143,14 +171,12 @@ void addEvaluateCommand(Program& program) {
       ->required()
       ->type_name("FILE");
   app->add_option("TREE", options->tree,
-                  "Tree: .stree, .soft, .sph or .json; or spheres of a robot: .yml, .xrdf, .json, .urdf, .srdf or .xml")
+                  "Tree: .stree, .soft, .sph or .json; or spheres as a list or of a robot: .csv, .yml, .xrdf, .json, .urdf, .srdf or .xml")
       ->required()
       ->type_name("FILE");
   app->add_option("--link", options->link, "Link, where a file of spheres has several; default: the only link; for a robot all links")
       ->type_name("NAME");
-  app->add_option("--spheres-unit", options->spheres_unit, "Unit of the numbers in a file of spheres: mm, cm, m or in; default m")
-      ->type_name("UNIT")
-      ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
+  addSpheresUnit(*app, options->spheres_unit);
   addRobotInput(*app, options->robot);
   app->add_flag("--json", options->json, "Print JSON on stdout, schema spheretree.evaluation/1");
   app->add_flag("--no-limits", options->no_limits, "Do not compute h_fin and h_low, which take about a third of the time; default: off");

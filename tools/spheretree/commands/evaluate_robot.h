@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "commands/robot_input.h"
@@ -14,8 +15,8 @@ namespace spheretree::tool {
 struct EvaluateRobotOptions {
   RobotInput input;
   std::filesystem::path spheres;
-  std::string link;  // "": all
-  double sphere_unit_mm = 1000;
+  std::string link;                      // "": all
+  std::optional<double> sphere_unit_mm;  // empty: as the file states it, or metres
   std::string repair = "auto";
   bool json = false;
   builder::EvaluateSettings settings;

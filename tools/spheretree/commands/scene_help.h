@@ -30,7 +30,7 @@ work          regions with a tolerance of their own:
 reach         {"radius_mm": 0.2, "tolerance_mm": 0.5}: tolerance of surfaces that this ball cannot touch
 
 The tool and each object:
-name          needed; letters, digits, _, - and .; unique, upper and lower case being the same
+name          needed; letters and digits of any script, _, - and .; unique, upper and lower case being the same
 mesh or tree  one is needed: a path from the folder of the scene file, or an absolute one
 unit          of this mesh, glTF included
 part          a part of the mesh by its name, or #N as `spheretree check --list-parts` counts them; default the whole mesh

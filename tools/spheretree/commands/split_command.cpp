@@ -8,6 +8,7 @@
 #include "mistyped.h"
 #include "pipeline/split/split_job.h"
 #include "run_files.h"
+#include "spheretree/formats/scan_labels.h"
 #include "terminal.h"
 
 namespace spheretree::tool {
@@ -26,10 +27,10 @@ int runSplitCommand(const SplitOptions& options, builder::Progress& progress) {
   if (options.json)
     writeResult(jsonText(result.report, 1) + "\n");
   else
-    printResult("%s: %s, %s; %zu refused, %zu cross a neighbour\nnext: spheretree batch %s -o DIR\n",
-                plainText(options.job.folder.string()).c_str(), counted(result.teeth, "tooth", "teeth").c_str(),
-                counted(result.gums, "gum").c_str(), result.refused, result.crossing,
-                plainText((options.job.folder / "mouth.scene.json").string()).c_str());
+    printResult("%s: %s, %s; %zu refused, %zu cross a neighbour\n", plainText(options.job.folder.string()).c_str(),
+                counted(result.teeth, "tooth", "teeth").c_str(), counted(result.gums, "gum").c_str(), result.refused, result.crossing);
+  if (!options.json && result.refused + result.crossing == 0)
+    printResult("next: spheretree batch %s -o DIR\n", plainText((options.job.folder / "mouth.scene.json").string()).c_str());
   if (result.refused > 0) return kExitPartlyFailed;
   return result.crossing > 0 ? kExitTargetMissed : kExitOk;
 }
@@ -48,6 +49,17 @@ void addSources(CLI::App& app, pipeline::SplitJobSettings& job) {
   app.add_option("--numbering", job.source.numbering, "Numbers in the labels: fdi, universal or palmer; default fdi")
       ->type_name("NAME")
       ->check(CLI::IsMember({"fdi", "universal", "palmer"}));
+  app.add_option("--label-side", job.source.side,
+                 "What has the labels: vertices, faces or auto; default auto: by their number, and in a PLY the side whose labels vary")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"vertices", "faces", "auto"}));
+  app.add_option("--gum-label", job.source.gum_label, "Label that is gum, beside 0; 1 to 999; default: none")
+      ->type_name("N")
+      ->check(CLI::Range(1, static_cast<int>(formats::kMaxScanLabel)));
+  app.add_option("--frame", job.frame,
+                 "LPS or RAS: turn scans whose header states the other one (SPACE=); default: none, as they are stored")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"LPS", "RAS"}));
   app.add_option("--jaw", job.jaw, "Jaw of a single scan: upper, lower or auto; default auto: from the labels")
       ->type_name("NAME")
       ->check(CLI::IsMember({"upper", "lower", "auto"}));
@@ -80,6 +92,13 @@ void addSplitCommand(Program& program) {
   app->add_option("--min-area", split.min_area_mm2, "Area in mm2 below which a piece of a label joins its neighbour, 0 to 1000; default 4")
       ->type_name("MM2")
       ->check(numberIn(0, 1000));
+  app->add_option_function<std::vector<double>>(
+         "--up", [&split](const std::vector<double>& v) { split.up = Eigen::Vector3d(v.at(0), v.at(1), v.at(2)); },
+         "Direction from the gum to the biting edges, three numbers; default: where the scan looks, or in a closed one the crowns")
+      ->type_name("X,Y,Z")
+      ->delimiter(',')
+      ->expected(3)
+      ->check(numberIn(-1e6, 1e6));
   app->add_option("--opening", options->job.opening_deg,
                   "Angle in degrees by which the lower of two jaws is rotated in the scene to open the mouth, 0 to 60; default: as scanned")
       ->type_name("DEG")

@@ -2,8 +2,9 @@
 // glTF 2.0 and GLB: the triangles of the default scene, with node transforms applied, converted from metres to
 // millimetres. If there is no default scene, the first scene is used; if there is no scene, all root nodes. A mirroring
 // transform reverses the winding. Parts are named after nodes, or after meshes if the node has no name; instances
-// (EXT_mesh_gpu_instancing) have their number appended. Skins are in their rest pose. EXT_meshopt_compression and
-// KHR_draco_mesh_compression are decoded. Points, lines, materials, animations and morph targets are ignored.
+// (EXT_mesh_gpu_instancing) have their number appended. Skins are in their rest pose, and morph
+// targets have the weights of the file. Hidden nodes (KHR_node_visibility) are left out. EXT_meshopt_compression and
+// KHR_draco_mesh_compression are decoded. Points, lines, materials and animations are ignored.
 #pragma once
 
 #include <filesystem>

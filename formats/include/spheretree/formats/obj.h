@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wavefront OBJ: vertices and polygons; `o` and `g` name parts (the latest one counts). Materials, normals, texture
-// coordinates, lines, points and free-form surfaces are ignored.
+// Wavefront OBJ: vertices and polygons. An object and a group (`o`, `g`) together are a part; in a file without these,
+// or with only one, a material (`usemtl`) is. Normals, texture coordinates, lines, points and free-form surfaces are
+// ignored.
 #pragma once
 
 #include <span>

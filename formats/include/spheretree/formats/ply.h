@@ -20,9 +20,8 @@ struct PlyColumn {
   std::vector<double> values;
 };
 
-/// The scalar property of this name, of the vertices if they have it, otherwise of the faces; "colour" is 65536 red +
-/// 256 green + blue. @throws FormatError as readPly(), and if there is no such property; the message lists the existing
-/// ones.
-PlyColumn readPlyColumn(std::span<const char> bytes, const std::string& name, const std::string& property);
+/// The scalar properties of this name, of the vertices, then of the faces; "colour" is 65536 red + 256 green + blue.
+/// @throws FormatError as readPly(), and if there is no such property; the message lists the existing ones.
+std::vector<PlyColumn> readPlyColumns(std::span<const char> bytes, const std::string& name, const std::string& property);
 
 }  // namespace spheretree::formats

@@ -68,7 +68,7 @@ struct SoftSettings {
 /// The tool or an object: a mesh from which a tree is built, or a tree, optionally with the mesh that it was built
 /// from, for display.
 struct SceneItem {
-  std::string name;                  // unique, ignoring case; safe as a file name: A-Z a-z 0-9 _ - . (not first), at most 64 characters
+  std::string name;                  // unique, ignoring case; see safe_name.h
   std::filesystem::path mesh, tree;  // one or both are set; as written: relative to the folder of the scene file, or absolute
   std::string unit;                  // of the mesh file, glTF included: mm, cm, m, in; "": that of the scene (glTF: m)
   std::string part;                  // of the mesh file: name of a part, or #N for its component N; "": the whole mesh

@@ -10,19 +10,19 @@
 namespace spheretree::formats {
 
 struct SphereListSettings {
-  int level = 0;       // its level set is written: the level, and the leaves of earlier levels
-  double unit_mm = 1;  // one unit of the list [mm]
+  int level = 0;            // its level set is written: the level, and the leaves of earlier levels
+  std::string unit = "mm";  // of the list: mm, cm, m or in
   SphereKind kind = SphereKind::Cover;
   std::string name;  // of the body, in JSON
 };
 
-/// Header x,y,z,radius and a line for each sphere.
+/// Header x_mm,y_mm,z_mm,radius_mm, with the unit of the list, and a line for each sphere.
 std::string sphereListCsv(const SphereTree& tree, const SphereListSettings& settings);
 
-/// collision_spheres: a list of {center: [x, y, z], radius: r}.
+/// After a comment with the unit, collision_spheres: a list of {center: [x, y, z], radius: r}.
 std::string sphereListYaml(const SphereTree& tree, const SphereListSettings& settings);
 
-/// {"NAME": [{"origin": [x, y, z], "radius": r}, ...]}
+/// {"unit": "mm", "NAME": [{"origin": [x, y, z], "radius": r}, ...]}
 std::string sphereListJson(const SphereTree& tree, const SphereListSettings& settings);
 
 }  // namespace spheretree::formats

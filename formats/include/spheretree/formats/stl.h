@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // STL, ASCII and binary, distinguished by size: a file of exactly 84 + 50 n bytes with n in its header is binary,
-// whatever its first bytes. Normals and attributes are ignored; solids of an ASCII file are parts.
+// whatever its first bytes. Normals and attributes are ignored, also attributes whose two bytes are their length;
+// solids of an ASCII file are parts.
 #pragma once
 
 #include <span>

@@ -57,16 +57,16 @@ struct MeshSurvey {
   std::vector<LeafEstimate> leaf_estimates;  // for 1, 0.5, 0.2, 0.1 ... per cent of the diagonal
 };
 
-/// `report`: from checkMesh of this mesh. Seams are searched up to 1e-4 of the diagonal. Cost: O(n log n), and 4,000
-/// inner balls.
+/// `report`: from checkMesh of this mesh. `unit_mm`: as for unitHint(). Seams are searched up to 1e-4 of the diagonal.
+/// Cost: O(n log n), and 4,000 inner balls.
 /// @throws Cancelled.
-MeshSurvey surveyMesh(const TriangleMesh& mesh, const MeshReport& report, Progress& progress);
+MeshSurvey surveyMesh(const TriangleMesh& mesh, const MeshReport& report, Progress& progress, double unit_mm = 1);
 
 /// One line for each finding, without thickness and leaves; empty if there is none.
 std::string summaryOf(const MeshSurvey& survey, const MeshReport& report);
 
-/// If the diagonal [mm] is implausible for an object on a table: a sentence that says so, with the `--unit` that would
-/// make it plausible. Otherwise empty.
-std::string unitHint(double diagonal);
+/// If the diagonal [mm] is implausible for an object on a table: a sentence that says so, with every `--unit` that
+/// would make it plausible. Otherwise empty. `unit_mm`: the length of the unit in which the file was read.
+std::string unitHint(double diagonal, double unit_mm = 1);
 
 }  // namespace spheretree::builder
