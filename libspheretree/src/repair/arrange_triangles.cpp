@@ -265,7 +265,7 @@ std::optional<Arrangement> arrangeTriangles(const TriangleMesh& mesh, std::span<
   CutPoints points(mesh);
   const Cuts cuts = findCuts(mesh, pairs, points, progress, work);
   std::vector<std::pair<Triangle, std::uint32_t>> pieces;  // with the triangle of each
-  std::size_t bound = mesh.triangles.size();               // of the number of pieces, as far as it is known
+  std::size_t bound = mesh.triangles.size();               // of the number of pieces: of those to come, one for each triangle
   for (std::uint32_t t = 0, i = 0; t < mesh.triangles.size(); ++t) {
     if (t % 256 == 0) progress.check(), progress.advance(0.3 + 0.6 * t / static_cast<double>(mesh.triangles.size()));
     if (i == cuts.triangles.size() || cuts.triangles[i] != t) {
@@ -277,8 +277,9 @@ std::optional<Arrangement> arrangeTriangles(const TriangleMesh& mesh, std::span<
     DividedTriangle divided(mesh, t, own, points, work);
     const std::size_t left = max_pieces > bound ? max_pieces - bound : 0;  // beside one piece for each triangle
     if (!divided.findCrossings(3 + left / 2)) return std::nullopt;
-    bound += 2 * divided.pointCount() - 6;
+    const std::size_t before = pieces.size();
     divided.divide([&](const Triangle& piece) { pieces.emplace_back(piece, t); });
+    bound += pieces.size() - before - 1;
   }
   Arrangement result = joinPieces(pieces);
   progress.check();

@@ -34,8 +34,10 @@ constexpr double kDeep = 1e-3;                         // matter deeper than thi
 constexpr double kLostArea = 0.005;  // share of the input's area that may be left without solid matter, before a wrap is preferred
 constexpr double kThin = 5e-4;       // mean thickness below which a closed opening has only doubled a sheet
 constexpr int kCutRounds = 6;        // rounds of cutting, since rounding may leave crossings
+constexpr int kFreeRounds = 2;       // of them: before vertices are moved to a grid
+constexpr int kGridBits = 24;        // the grid is 2^-24 of the diagonal, and in each further round four times as wide
 // Bounds of the growth and of the work, before the wrap takes over.
-constexpr std::size_t kGrowth = 4, kMoreTriangles = 50'000;            // triangles for each one read, and beside them
+constexpr std::size_t kGrowth = 4, kMoreTriangles = 200'000;           // triangles for each one read, and beside them
 constexpr std::size_t kWork = 6'000'000, kWorkOfTriangle = 100;        // [us]; for each triangle beside it
 
 std::string number(double value) {
@@ -128,7 +130,7 @@ class Repair {
       // After a cut the winding is correct; while components cross, their nesting is uncertain.
       if (state.has(DefectKind::InsideOut) && (round == 0 || !state.has(DefectKind::SelfIntersection))) state = turnOutward(state);
       if (state.clean()) return finish(state);
-      if (needsCuts(state) && !resolve()) return {};
+      if (needsCuts(state) && !resolve(round)) return {};
       separate();
       if (soup_.mesh.triangles.size() > max_triangles_) throw TooMuchWork{};
     }
@@ -282,17 +284,19 @@ class Repair {
     return std::ranges::any_of(state.defects, [](const Defect& d) { return d.kind != DefectKind::NonManifoldVertex; });
   }
 
-  bool resolve() {
+  bool resolve(int round) {
     progress_.stage("overlaps");
+    const double grid = round < kFreeRounds ? kNoGrid : std::exp2(std::ilogb(diagonal_) - kGridBits + 2 * (round - kFreeRounds));
     const double may_be_lost = kLostArea * report_.area - lost_area_;
     // The winding directions around a sheet that cannot be oriented are arbitrary.
     const Resolved resolved =
-        resolveOverlaps(soup_, {kMaxCrossingPairs, max_triangles_}, is_sheet_ ? report_.area : may_be_lost, progress_, work_);
+        resolveOverlaps(soup_, {kMaxCrossingPairs, max_triangles_}, grid, is_sheet_ ? report_.area : may_be_lost, progress_, work_);
     gives_up_ |= resolved.is_stopped;
     if (resolved.is_stopped || soup_.mesh.triangles.empty()) return false;
     lost_area_ += resolved.lost_area;
     if (lost_area_ > kLostArea * report_.area) return false;
     for (const std::uint32_t source : resolved.lost) is_modified_[source] = 1, lost_.insert(source);  // still have to be covered
+    for (const std::uint32_t source : resolved.moved) is_modified_[source] = 1;
     RepairStep* step = find(RepairStepKind::ResolveOverlaps);
     if (!step) {
       steps_.push_back({RepairStepKind::ResolveOverlaps, {}, 0, 0, {}});
@@ -314,7 +318,7 @@ class Repair {
     dropFlat(soup_);
     Stitched stitched = stitchCracks(soup_, input_.triangles.size(), max_triangles_, work_);
     for (std::size_t t = 0; t < is_modified_.size() && !stitched.is_modified.empty(); ++t) is_modified_[t] |= stitched.is_modified[t];
-    step->change_mm = std::max(step->change_mm, stitched.moved);
+    step->change_mm = std::max(step->change_mm, stitched.moved) + resolved.snapped;
     dropFlat(soup_);
     for (const std::uint32_t source : cancelOpposites(soup_)) is_modified_[source] = 1;
     if (!findOpenEdges(soup_.mesh).empty()) fillHoles(soup_, work_);

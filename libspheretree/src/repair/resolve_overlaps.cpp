@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 #include "geometry/winding_number.h"
@@ -130,11 +131,48 @@ std::vector<std::uint32_t> sorted(std::vector<std::uint32_t> list) {
   return list;
 }
 
+/// Moves the vertices of triangles that cross to the grid and merges those at one place. Triangles that become flat go;
+/// where they leave a vertex on the side of a triangle, that is one of the places to cut.
+void snapCrossing(RepairSoup& soup, const CrossingTriangles& crossing, double grid, Resolved& result) {
+  TriangleMesh& mesh = soup.mesh;
+  std::vector<char> is_snapped(mesh.positions.size(), 0);
+  for (const auto& [t, u] : crossing.pairs)
+    for (const std::uint32_t triangle : {t, u})
+      for (const std::uint32_t v : mesh.triangles[triangle]) is_snapped[v] = 1;
+  std::map<std::array<double, 3>, std::uint32_t> at;
+  std::vector<std::uint32_t> into(mesh.positions.size());
+  for (std::uint32_t v = 0; v < into.size(); ++v) {
+    into[v] = v;
+    Vector3d& p = mesh.positions[v];
+    if (is_snapped[v]) {
+      const Vector3d q = grid * (p / grid).array().round().matrix();
+      result.snapped = std::max(result.snapped, (q - p).norm());
+      p = q;
+    }
+    const auto [first, is_new] = at.try_emplace({p.x(), p.y(), p.z()}, v);
+    if (!is_new) into[v] = first->second;
+  }
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (std::uint32_t& v : mesh.triangles[t]) {
+      if (is_snapped[v] && soup.source[t] != kAddedTriangle) result.moved.push_back(soup.source[t]);
+      v = into[v];
+    }
+  for (const std::uint32_t source : cancelOpposites(soup)) result.moved.push_back(source);
+  const std::vector<std::uint32_t> flat = dropFlat(soup);
+  result.moved.insert(result.moved.end(), flat.begin(), flat.end());
+  result.moved = sorted(std::move(result.moved));
+}
+
 }  // namespace
 
-Resolved resolveOverlaps(RepairSoup& soup, const OverlapLimits& limits, double max_lost, Progress& progress, RepairWork& work) {
+Resolved resolveOverlaps(RepairSoup& soup, const OverlapLimits& limits, double grid, double max_lost, Progress& progress,
+                         RepairWork& work) {
   Resolved result;
-  const CrossingTriangles crossing = findCrossingTriangles(soup.mesh, limits.pairs, progress);
+  CrossingTriangles crossing = findCrossingTriangles(soup.mesh, limits.pairs, progress);
+  if (grid > 0 && !crossing.is_stopped) {
+    snapCrossing(soup, crossing, grid, result);
+    crossing = findCrossingTriangles(soup.mesh, limits.pairs, progress);
+  }
   result.crossing_pairs = crossing.pairs.size();
   result.is_stopped = crossing.is_stopped;
   if (crossing.is_stopped) return result;
