@@ -37,7 +37,7 @@ def _box(low, high):
 
 
 def _plate(side, height):
-    """A plate of size 1 and a thickness of 0.1, with side^2 squares above and below; `height(i, j)` raises its points."""
+    """A plate of size 1, 0.1 thick, with side^2 squares above and below; `height(i, j)` raises its points."""
     top = [(i / side, j / side, 0.1 + height(i, j)) for i in range(side + 1) for j in range(side + 1)]
     points = top + [(x, y, z - 0.1) for x, y, z in top]
     at = lambda i, j: i * (side + 1) + j

@@ -25,8 +25,7 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 class MeshCheck {
  public:
-  MeshCheck(const TriangleMesh& mesh, std::size_t places, const Progress& progress)
-      : mesh_(mesh), places_(places), progress_(progress) {}
+  MeshCheck(const TriangleMesh& mesh, std::size_t places, const Progress& progress) : mesh_(mesh), places_(places), progress_(progress) {}
 
   MeshReport run() {
     report_.triangles = mesh_.triangles.size();
@@ -306,7 +305,8 @@ class MeshCheck {
     // From the outside in: a component follows all components that enclose it.
     std::vector<std::uint32_t> first_triangle;
     for (const Component& component : components) first_triangle.push_back(component.first_triangle);
-    const std::vector<std::vector<Enclosure>> around = findEnclosures(mesh_, report_.component_of, first_triangle, crosses_other_, progress_);
+    const std::vector<std::vector<Enclosure>> around =
+        findEnclosures(mesh_, report_.component_of, first_triangle, crosses_other_, progress_);
     std::vector<std::uint32_t> order(components.size());
     std::iota(order.begin(), order.end(), 0u);
     std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return around[a].size() < around[b].size(); });

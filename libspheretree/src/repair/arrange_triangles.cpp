@@ -31,8 +31,8 @@ constexpr std::size_t kPairCost = 20, kPointCost = 20;  // [us] of a pair of tri
 
 /// The cuts of all triangles: those of one triangle are consecutive.
 struct Cuts {
-  std::vector<std::uint32_t> triangles;   // that are cut, ascending
-  std::vector<std::size_t> first;         // for each of them: index in `cuts`; then their number
+  std::vector<std::uint32_t> triangles;  // that are cut, ascending
+  std::vector<std::size_t> first;        // for each of them: index in `cuts`; then their number
   std::vector<TriangleCut> cuts;
 };
 

@@ -37,8 +37,8 @@ struct Arrangement {
 };
 
 /// `pairs`: the pairs of triangles that cross (crossing_triangles.h); no triangle may be flat. Empty if there would be
-/// more than `max_pieces`: a triangle with n points in it, its corners included, has at most 2 n - 5 pieces, so that this
-/// is known before the triangle is divided.
+/// more than `max_pieces`: a triangle with n points in it, its corners included, has at most 2 n - 5 pieces, so that
+/// this is known before the triangle is divided.
 /// Cost: about 20 us for a pair, for a point and for a cut in a triangle; asks for an interrupt before each of them.
 /// @throws Cancelled, TooMuchWork
 std::optional<Arrangement> arrangeTriangles(const TriangleMesh& mesh, std::span<const std::pair<std::uint32_t, std::uint32_t>> pairs,

@@ -19,7 +19,7 @@ using Exact = CutPoints::Exact;
 using Filtered = CGAL::Exact_predicates_inexact_constructions_kernel;
 
 constexpr double kTight = 4 * std::numeric_limits<double>::epsilon();  // relative width of an interval that is rounded as it is
-constexpr double kWide = 1e-10;                                        // relative width of an interval at which a point is made exact at once
+constexpr double kWide = 1e-10;  // relative width of an interval at which a point is made exact at once
 
 enum Kind : std::uint32_t { kEdgeAndPlane, kTwoEdges, kThreePlanes };
 

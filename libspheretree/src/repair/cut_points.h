@@ -74,8 +74,8 @@ class CutPoints {
   std::map<Name, std::uint32_t> by_name_;
 };
 
-/// The coordinate axis along which a triangle that is not flat has a projection that is not flat, the one nearest to its
-/// normal if rounding allows to tell.
+/// The coordinate axis along which a triangle that is not flat has a projection that is not flat, the one nearest to
+/// its normal if rounding allows to tell.
 int projectionAxis(const TriangleMesh& mesh, std::uint32_t t);
 
 }  // namespace spheretree::builder

@@ -37,8 +37,8 @@ constexpr int kCutRounds = 6;        // rounds of cutting, since rounding may le
 constexpr int kFreeRounds = 2;       // of them: before vertices are moved to a grid
 constexpr int kGridBits = 24;        // the grid is 2^-24 of the diagonal, and in each further round four times as wide
 // Bounds of the growth and of the work, before the wrap takes over.
-constexpr std::size_t kGrowth = 4, kMoreTriangles = 200'000;           // triangles for each one read, and beside them
-constexpr std::size_t kWork = 6'000'000, kWorkOfTriangle = 100;        // [us]; for each triangle beside it
+constexpr std::size_t kGrowth = 4, kMoreTriangles = 200'000;     // triangles for each one read, and beside them
+constexpr std::size_t kWork = 6'000'000, kWorkOfTriangle = 100;  // [us]; for each triangle beside it
 
 std::string number(double value) {
   char text[32];
@@ -158,10 +158,10 @@ class Repair {
       out.partly = std::move(clipped.partly);
       step.removed = std::move(clipped.removed);
     }
-    step.text = std::string(gave_up ? "the crossings are too many to cut them along each other; " : "") + "wrapped: a closed surface of " + counted(step.count, "triangle", "triangles") + " around the whole, at most " +
-                number(step.change_mm) + " mm away; gaps narrower than " + number(2 * alpha) +
-                " mm are bridged, cavities filled; what lies deeper than " + number(alpha) +
-                " mm within it needs no cover: " + counted(step.removed.size(), "triangle", "triangles") + " wholly, " +
+    step.text = std::string(gave_up ? "the crossings are too many to cut them along each other; " : "") + "wrapped: a closed surface of " +
+                counted(step.count, "triangle", "triangles") + " around the whole, at most " + number(step.change_mm) +
+                " mm away; gaps narrower than " + number(2 * alpha) + " mm are bridged, cavities filled; what lies deeper than " +
+                number(alpha) + " mm within it needs no cover: " + counted(step.removed.size(), "triangle", "triangles") + " wholly, " +
                 std::to_string(out.partly.size()) + " in part.";
     steps_.push_back(std::move(step));
     out.steps = std::move(steps_);

@@ -38,12 +38,11 @@ inline constexpr double kNoGrid = 0;
 /// call it again.
 /// `grid` [mm]: if above 0, the vertices of triangles that cross are moved to multiples of it and merged before the cut;
 /// a power of two, so that they are exact. A cut rounds new corners, and where surfaces nearly coincide, the
-/// rounded pieces cross again, more of them each time: S. Valque, S. Lazard. Removing self-intersections in 3D meshes
-/// while preserving floating-point coordinates. Computer Graphics Forum 44(5), 2025, rounds to a grid as well.
+/// rounded pieces cross again, more of them each time: S. Valque, S. Lazard. Removing self-intersections in 3D
+/// meshes while preserving floating-point coordinates. Computer Graphics Forum 44(5), 2025, rounds to a grid as well.
 /// `max_lost` [mm^2]: if more area than this would have nothing solid on either side, negative winding numbers count
 /// as solid, too. Such is a scan that its own cap crosses: it encloses matter on both sides of the cap.
 /// Cost: about 0.1 ms a crossing pair. @throws Cancelled, TooMuchWork
-Resolved resolveOverlaps(RepairSoup& soup, const OverlapLimits& limits, double grid, double max_lost, Progress& progress,
-                         RepairWork& work);
+Resolved resolveOverlaps(RepairSoup& soup, const OverlapLimits& limits, double grid, double max_lost, Progress& progress, RepairWork& work);
 
 }  // namespace spheretree::builder

@@ -83,7 +83,7 @@ void join(const TriangleMesh& mesh, const Side& a, const Side& b, Groups& fans) 
 SeparatedFans separateFans(RepairSoup& soup, double distance) {
   TriangleMesh& mesh = soup.mesh;
   if (hasDuplicates(mesh)) return {0, 0, std::vector<char>(mesh.triangles.size(), 0)};  // they would be split without end
-  std::vector<std::uint32_t> copies;  // the vertices to move
+  std::vector<std::uint32_t> copies;                                                    // the vertices to move
   for (int round = 0; round < kSplitRounds; ++round) {
     const std::vector<std::uint32_t> middles = splitSharedEdges(soup);
     if (middles.empty()) break;

@@ -251,7 +251,8 @@ TEST(RepairMesh, UnitesOverlappingBodies) {
   for (const std::uint32_t t : step.removed) EXPECT_LT(solid.signedDistance(both.corner(t, 0)), 1e-9);  // they really lie inside
 }
 
-// Bodies in one place, up to a small shift: the union, within the bounds of growth, and no wrap, which would lie farther out.
+// Bodies in one place, up to a small shift: the union, within the bounds of growth, and no wrap, which would lie
+// farther out.
 TEST(RepairMesh, UnitesBodiesThatNearlyCoincide) {
   for (const double shift : {1e-12, 1e-9, 1e-7, 1e-5, 1e-3}) {
     TriangleMesh all;

@@ -268,7 +268,8 @@ bool checkOne(const CheckOptions& options, const std::filesystem::path& input, J
   const TriangleMesh mesh = pipeline::choosePart(file.mesh, options.parts);
   const bool needs_all = options.json || !options.output.empty();
   const builder::RepairedMesh repaired = builder::repairMesh(mesh, builder::RepairKind::Auto, progress);
-  const builder::MeshReport report = needs_all ? builder::checkMesh(mesh, std::numeric_limits<std::size_t>::max(), progress) : repaired.report;
+  const builder::MeshReport report =
+      needs_all ? builder::checkMesh(mesh, std::numeric_limits<std::size_t>::max(), progress) : repaired.report;
   progress.check();
   progress.stage("survey");
   const builder::MeshSurvey survey = builder::surveyMesh(mesh, report, progress);

@@ -92,7 +92,8 @@ struct MeshReport {
 };
 
 /// `places`: how many places to list for each defect. Cost: O(n log n) plus one test for each pair of triangles whose
-/// boxes overlap; about 0.5 s for 100,000 triangles. Throws nothing but std::bad_alloc and Cancelled, whatever the mesh.
+/// boxes overlap; about 0.5 s for 100,000 triangles. Throws nothing but std::bad_alloc and Cancelled, whatever the
+/// mesh.
 MeshReport checkMesh(const TriangleMesh& mesh, std::size_t places = kPlacesListed, const Progress& progress = {});
 
 /// Turns the components that `report` of this mesh marks as inside out.
