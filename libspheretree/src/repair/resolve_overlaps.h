@@ -38,8 +38,8 @@ inline constexpr double kNoGrid = 0;
 /// call it again.
 /// `grid` [mm]: if above 0, the vertices of triangles that cross are moved to multiples of it and merged before the
 /// cut; a power of two, so that they are exact. A cut rounds new corners, and where surfaces nearly coincide, the
-/// rounded pieces cross again, more of them each time. D. Halperin, E. Packer. Iterated snap rounding. Computational Geometry
-/// 23(2), 2002, does so in the plane; CGAL's autorefinement (from 6.1 on) in space.
+/// rounded pieces cross again, more of them each time. D. Halperin, E. Packer. Iterated snap rounding. Computational
+/// Geometry 23(2), 2002, does so in the plane; CGAL's autorefinement (from 6.1 on) in space.
 /// `max_lost` [mm^2]: if more area than this would have nothing solid on either side, negative winding numbers count
 /// as solid, too. Such is a scan that its own cap crosses: it encloses matter on both sides of the cap.
 /// Cost: about 0.1 ms a crossing pair. @throws Cancelled, TooMuchWork
