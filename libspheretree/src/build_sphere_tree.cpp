@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "base/useful_threads.h"
 #include "build_levels.h"
 #include "certify/certify_levels.h"
 #include "certify/overhang_bound.h"
@@ -35,6 +36,8 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kFar = 16;  // distance from the origin of the mesh's frame, in diagonals, beyond which the tree gets an origin of its own
+
+constexpr double kMaxSkinReach = 9e6;  // farthest coordinate of a mesh from the origin of its tree that has a skin [mm]
 
 // Measures the times of consecutive stages.
 class StageClock {
@@ -124,9 +127,17 @@ double minTolerance(const SphereTree& tree, const CertificationTarget& target) {
 }
 
 // The tolerance of the skin does not depend on the overhang of the leaves, since the tool rests on the skin.
+// A file holds a skin within 1e7 mm of its origin (skin.h); patches that swing out of the box need some of that.
 void addSkin(const TriangleMesh& mesh, const SurfaceWithSheets& surface, const BuildSettings& settings, SphereTree& tree,
-             Progress& progress) {
+             std::vector<std::string>& notes, Progress& progress) {
   if (!settings.skin) return;
+  const Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+  const Eigen::AlignedBox3d& box = surface.field.box();
+  const double reach = std::max((box.min() - origin).cwiseAbs().maxCoeff(), (box.max() - origin).cwiseAbs().maxCoeff());
+  if (reach > kMaxSkinReach) {
+    notes.push_back("no skin: the mesh is larger than the 10 km that a skin can have. If its numbers are not mm, give --unit.");
+    return;
+  }
   SkinSettings skin;
   skin.tolerance = settings.skin_tolerance_mm > 0 ? settings.skin_tolerance_mm
                    : settings.tolerance_mm > 0    ? settings.tolerance_mm
@@ -135,7 +146,6 @@ void addSkin(const TriangleMesh& mesh, const SurfaceWithSheets& surface, const B
   std::vector<double> graded = settings.tolerance_of_triangle_mm;
   for (double& tolerance : graded) tolerance += skin.tolerance - settings.tolerance_mm;
   skin.tolerance_of_triangle = graded;
-  const Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
   tree.skin = buildSkin(mesh, surface.sheets, surface.field, origin, skin, progress);
 }
 
@@ -205,7 +215,7 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   clock.finish("hierarchy");
 
   progress.stage("skin");
-  addSkin(mesh, surface, settings, tree, progress);
+  addSkin(mesh, surface, settings, tree, statistics.notes, progress);
   clock.finish("skin");
   progress.stage("proof");
   prove(to_cover, field, tree, progress);
@@ -220,7 +230,7 @@ BuildResult buildSphereTree(const TriangleMesh& mesh, const BuildSettings& setti
   if (mesh.triangles.empty()) throw BuildError("the mesh has no triangles");
   if (!settings.tolerance_of_triangle_mm.empty() && settings.tolerance_of_triangle_mm.size() != mesh.triangles.size())
     throw std::invalid_argument("build: there must be one tolerance for each triangle");
-  const int threads = settings.threads > 0 ? settings.threads : tbb::this_task_arena::max_concurrency();
+  const int threads = settings.threads > 0 ? usefulThreads(settings.threads) : tbb::this_task_arena::max_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(std::max(threads, 1)));
   tbb::task_arena arena(threads);
   const OrderedMesh ordered = inCanonicalOrder(mesh);

@@ -41,7 +41,7 @@ bool simplify(SimplifiedInput& search, const TriangleMesh& sheets, const BuildSe
   if (!settings.simplify || search.mesh.triangles.size() <= 2 * wanted) return false;
   progress.stage("simplify");
   TriangleMesh simplified = simplifyMesh(search.mesh, wanted, progress);
-  if (!checkMesh(simplified).clean()) return false;
+  if (!checkMesh(simplified, kPlacesListed, progress).clean()) return false;
   progress.check();
   DistanceField field(simplified);
   const double bound = search.pose.scale * (distanceBound(search.mesh, field, progress) + kPoseRounding);
@@ -74,7 +74,7 @@ SimplifiedInput simplifyInput(const TriangleMesh& mesh, const TriangleMesh& shee
   search.pose = canonicalPose(mesh);
   TriangleMesh posed = inPose(mesh, search.pose);
   // Inside and outside must stay certain: a single fold caused by rounding can flip the sign of distances far outside.
-  if (hasSlivers(posed) && !checkMesh(posed).clean()) search.pose = {}, posed = mesh;
+  if (hasSlivers(posed) && !checkMesh(posed, kPlacesListed, progress).clean()) search.pose = {}, posed = mesh;
   OrderedMesh ordered = inCanonicalOrder(posed);
   search.mesh = std::move(ordered.mesh);
   std::vector<double> slack;

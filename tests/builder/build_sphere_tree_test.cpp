@@ -122,7 +122,7 @@ TEST(BuildSphereTree, SameBytesForAnyNumberOfThreads) {
   BuildSettings settings = quick(4, 4);
   settings.threads = 1;
   const std::vector<std::byte> one = encodeSphereTree(build(mesh, settings).tree);
-  for (const int threads : {1, 2, 4, 0}) {
+  for (const int threads : {1, 2, 4, 0, 1024}) {
     settings.threads = threads;
     EXPECT_EQ(encodeSphereTree(build(mesh, settings).tree), one) << threads << " threads";
   }
@@ -146,6 +146,18 @@ TEST(BuildSphereTree, RemembersWhereItComesFrom) {
   EXPECT_NEAR(from.area_mm2, 16, 1e-12);
   EXPECT_EQ(from.mesh_hash, meshHash(mesh));
   EXPECT_EQ(from.settings_hash, settingsHash(settings));
+}
+
+// A file holds no skin beyond 10 km: a mesh of that size is built without one, and that is said.
+TEST(BuildSphereTree, TakesEverySizeThatTheCheckTakes) {
+  for (const double size : {1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e7, 1e8, 1e9, 2e11}) {
+    TriangleMesh mesh = tetrahedron();
+    for (Vector3d& p : mesh.positions) p *= size;
+    const BuildResult result = build(mesh, quick());
+    EXPECT_EQ(findFault(result.tree), "") << size;
+    EXPECT_EQ(result.tree.skin.empty(), size > 3e6) << size;
+    EXPECT_EQ(result.statistics.notes.size(), size > 3e6 ? 1u : 0u) << size;
+  }
 }
 
 TEST(BuildSphereTree, ToleranceIsKeptOrSaidToBeOutOfReach) {

@@ -11,6 +11,7 @@
 #include <map>
 #include <set>
 
+#include "base/useful_threads.h"
 #include "pipeline/batch/batch_items.h"
 #include "pipeline/batch/error_curve.h"
 #include "pipeline/sound_mesh.h"
@@ -53,20 +54,6 @@ struct Group {
   std::string name;
   std::vector<std::size_t> elements;
   std::size_t spheres = 0;  // 0: given by the tolerance
-};
-
-/// Stages of parallel builds are not shown; Ctrl-C reaches each of them.
-class PartProgress : public builder::Progress {
- public:
-  explicit PartProgress(builder::Progress& whole) : whole_(whole) {}
-  void stage(std::string_view) override { look(); }
-  void advance(double) override { look(); }
-
- private:
-  void look() {
-    if (whole_.cancelled()) cancel();
-  }
-  builder::Progress& whole_;
 };
 
 /// The balls of a tree about a surface within `padding` of its mesh.
@@ -182,14 +169,15 @@ class RobotCoverer {
     return groups;
   }
 
-  /// Calls `work(index, progress)` for each index; rethrows the first exception.
+  /// Calls `work(index, progress)` for each index; rethrows the first exception. Stages of parallel builds are not
+  /// shown; Ctrl-C reaches each of them.
   template <class Work>
   void inParallel(std::size_t count, Work&& work) const {
-    tbb::task_arena arena(settings_.threads > 0 ? settings_.threads : tbb::task_arena::automatic);
+    tbb::task_arena arena(builder::usefulThreads(settings_.threads));
     std::vector<std::exception_ptr> errors(count);
     arena.execute([&] {
       tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-        PartProgress progress(progress_);
+        builder::Progress progress(&progress_);
         try {
           progress_.check();
           work(i, progress);

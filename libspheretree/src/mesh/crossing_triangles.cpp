@@ -53,11 +53,12 @@ bool isFlat(const std::vector<Eigen::Vector3d>& positions, const Triangle& trian
 
 bool isFlat(const TriangleMesh& mesh, std::size_t triangle) { return isFlat(mesh.positions, mesh.triangles[triangle]); }
 
-CrossingTriangles findCrossingTriangles(const TriangleMesh& mesh, std::size_t max_pairs) {
+CrossingTriangles findCrossingTriangles(const TriangleMesh& mesh, std::size_t max_pairs, const Progress& progress) {
   using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::uint32_t>;
   std::vector<Box> boxes;
   boxes.reserve(mesh.triangles.size());
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (t % 1024 == 0) progress.check();
     if (isFlat(mesh, t)) continue;
     const auto [a, b, c] = mesh.triangles[t];
     boxes.emplace_back(pointOf(mesh.positions, a).bbox() + pointOf(mesh.positions, b).bbox() + pointOf(mesh.positions, c).bbox(), t);
@@ -66,6 +67,7 @@ CrossingTriangles findCrossingTriangles(const TriangleMesh& mesh, std::size_t ma
   CrossingTriangles found;
   try {
     CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
+      progress.check();
       if (!doCross(mesh.positions, mesh.triangles[a.info()], mesh.triangles[b.info()])) return;
       if (found.pairs.size() == max_pairs) throw Enough{};
       found.pairs.push_back(std::minmax(a.info(), b.info()));

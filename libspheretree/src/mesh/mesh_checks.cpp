@@ -25,7 +25,7 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 class MeshCheck {
  public:
-  MeshCheck(const TriangleMesh& mesh, std::size_t places) : mesh_(mesh), places_(places) {}
+  MeshCheck(const TriangleMesh& mesh, std::size_t places, const Progress& progress) : mesh_(mesh), places_(places), progress_(progress) {}
 
   MeshReport run() {
     report_.triangles = mesh_.triangles.size();
@@ -34,6 +34,7 @@ class MeshCheck {
       defect(DefectKind::NoTriangles).count = 1;
       return finish();
     }
+    progress_.check();
     findBadNumbers();
     if (!report_.defects.empty()) {
       report_.not_checked.push_back("Nothing else was checked, because some triangles cannot be used.");
@@ -42,8 +43,11 @@ class MeshCheck {
     measure();
     findDegenerateFaces();
     findDuplicateFaces();
+    progress_.check();
     sides_ = sortedSides(mesh_);
+    progress_.check();
     findEdgeDefects();
+    progress_.check();
     findNonManifoldVertices();
     nameComponents();
     if (report_.has(DefectKind::Scale)) {
@@ -135,6 +139,7 @@ class MeshCheck {
   void findDegenerateFaces() {
     has_edges_.resize(mesh_.triangles.size());
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
+      if (t % 4096 == 0) progress_.check();
       const auto [a, b, c] = mesh_.triangles[t];
       has_edges_[t] = a != b && b != c && c != a;
       if (isFlat(mesh_, t)) add(DefectKind::DegenerateFace, triangleAt(t));
@@ -258,7 +263,7 @@ class MeshCheck {
   // --- self-intersections ---
 
   void findCrossings() {
-    const CrossingTriangles found = findCrossingTriangles(mesh_, kMaxCrossingPairs);
+    const CrossingTriangles found = findCrossingTriangles(mesh_, kMaxCrossingPairs, progress_);
     crosses_other_.resize(report_.components.size());
     crossings_known_ = !found.is_stopped;
     for (const auto& [t, u] : found.pairs) {
@@ -300,7 +305,8 @@ class MeshCheck {
     // From the outside in: a component follows all components that enclose it.
     std::vector<std::uint32_t> first_triangle;
     for (const Component& component : components) first_triangle.push_back(component.first_triangle);
-    const std::vector<std::vector<Enclosure>> around = findEnclosures(mesh_, report_.component_of, first_triangle, crosses_other_);
+    const std::vector<std::vector<Enclosure>> around =
+        findEnclosures(mesh_, report_.component_of, first_triangle, crosses_other_, progress_);
     std::vector<std::uint32_t> order(components.size());
     std::iota(order.begin(), order.end(), 0u);
     std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return around[a].size() < around[b].size(); });
@@ -329,6 +335,7 @@ class MeshCheck {
 
   const TriangleMesh& mesh_;
   std::size_t places_;
+  const Progress& progress_;
   MeshReport report_;
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
   double scale_ = 1, largest_coordinate_ = 0;  // half the diagonal of the box; largest absolute coordinate [mm]
@@ -340,6 +347,8 @@ class MeshCheck {
 
 }  // namespace
 
-MeshReport checkMesh(const TriangleMesh& mesh, std::size_t places) { return MeshCheck(mesh, places).run(); }
+MeshReport checkMesh(const TriangleMesh& mesh, std::size_t places, const Progress& progress) {
+  return MeshCheck(mesh, places, progress).run();
+}
 
 }  // namespace spheretree::builder

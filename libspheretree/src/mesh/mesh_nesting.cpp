@@ -41,7 +41,8 @@ int crossingAbove(const TriangleMesh& mesh, std::uint32_t t, const Eigen::Vector
 }  // namespace
 
 std::vector<std::vector<Enclosure>> findEnclosures(const TriangleMesh& mesh, std::span<const std::uint32_t> component_of,
-                                                   std::span<const std::uint32_t> first_triangle, const std::vector<bool>& crosses_other) {
+                                                   std::span<const std::uint32_t> first_triangle, const std::vector<bool>& crosses_other,
+                                                   const Progress& progress) {
   std::vector<std::vector<Enclosure>> result(first_triangle.size());
   if (first_triangle.size() < 2) return result;
   std::vector<Eigen::AlignedBox3d> shadows;  // boxes of the triangles, projected along z
@@ -56,6 +57,7 @@ std::vector<std::vector<Enclosure>> findEnclosures(const TriangleMesh& mesh, std
   const BoxTree tree(shadows);
   for (std::uint32_t c = 0; c < first_triangle.size(); ++c) {
     if (crosses_other[c]) continue;
+    progress.check();
     const std::uint32_t vertex = mesh.triangles[first_triangle[c]][0];
     const Eigen::Vector3d& p = mesh.positions[vertex];
     std::map<std::uint32_t, int> windings;

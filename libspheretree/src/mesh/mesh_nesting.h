@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "spheretree/builder/progress.h"
 #include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree::builder {
@@ -18,6 +19,7 @@ struct Enclosure {
 /// Returns for each component the components that enclose it. `first_triangle`: (components) one triangle of each. A
 /// component that crosses others has no enclosures, because it is not on one side of them. The mesh must be closed.
 std::vector<std::vector<Enclosure>> findEnclosures(const TriangleMesh& mesh, std::span<const std::uint32_t> component_of,
-                                                   std::span<const std::uint32_t> first_triangle, const std::vector<bool>& crosses_other);
+                                                   std::span<const std::uint32_t> first_triangle, const std::vector<bool>& crosses_other,
+                                                   const Progress& progress = {});
 
 }  // namespace spheretree::builder

@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <map>
 
 namespace spheretree::builder {
@@ -19,6 +20,21 @@ using Eigen::Vector3d;
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+
+constexpr int kMaxCubicLoop = 400;  // vertices of a degenerate loop that is spanned in O(n^3), 10^7 steps
+
+/// Asks for an interrupt and spends work in CGAL's loops.
+struct SpanVisitor : CGAL::Polygon_mesh_processing::Hole_filling::Default_visitor {
+  struct NoSpan {};
+  RepairWork& work;
+
+  explicit SpanVisitor(RepairWork& w) : work(w) {}
+  void quadratic_step() const { work.spend(1); }
+  void start_cubic_phase(int n) const {
+    if (n > kMaxCubicLoop) throw NoSpan{};
+  }
+  void cubic_step() const { work.spend(1); }
+};
 
 }  // namespace
 
@@ -56,15 +72,24 @@ std::vector<std::vector<std::uint32_t>> findHoleLoops(const TriangleMesh& mesh) 
   return loops;
 }
 
-std::vector<Triangle> spanLoop(const TriangleMesh& mesh, const std::vector<std::uint32_t>& loop) {
+std::vector<Triangle> spanLoop(const TriangleMesh& mesh, const std::vector<std::uint32_t>& loop, const Progress& progress) {
+  RepairWork work(progress);
+  return spanLoop(mesh, loop, work);
+}
+
+std::vector<Triangle> spanLoop(const TriangleMesh& mesh, const std::vector<std::uint32_t>& loop, RepairWork& work) {
   std::vector<Triangle> result;
   if (loop.size() == 3) return {{loop[0], loop[1], loop[2]}};
   std::vector<Kernel::Point_3> points;
   for (const std::uint32_t v : loop) points.emplace_back(mesh.positions[v].x(), mesh.positions[v].y(), mesh.positions[v].z());
   std::vector<CGAL::Triple<int, int, int>> faces;
   try {
-    CGAL::Polygon_mesh_processing::triangulate_hole_polyline(points, std::back_inserter(faces),
-                                                             CGAL::parameters::use_delaunay_triangulation(true).geom_traits(Kernel()));
+    SpanVisitor visitor(work);
+    CGAL::Polygon_mesh_processing::triangulate_hole_polyline(
+        points, std::back_inserter(faces),
+        CGAL::parameters::use_delaunay_triangulation(true).geom_traits(Kernel()).visitor(std::ref(visitor)));
+  } catch (const SpanVisitor::NoSpan&) {
+    return {};
   } catch (
       const CGAL::Failure_exception&) {  // if CGAL's assertions are enabled: a loop that is not a polygon, such as one of coincident points
     return {};
@@ -112,10 +137,11 @@ void refineSpan(TriangleMesh& mesh, std::vector<Triangle>& span, double density)
   }
 }
 
-std::vector<FilledHole> fillHoles(RepairSoup& soup, std::size_t max_edges) {
+std::vector<FilledHole> fillHoles(RepairSoup& soup, RepairWork& work, std::size_t max_edges) {
   TriangleMesh& mesh = soup.mesh;
   std::vector<FilledHole> holes;
   for (const std::vector<std::uint32_t>& loop : findHoleLoops(mesh)) {
+    work.spend(loop.size());
     FilledHole hole;
     hole.edges = loop.size();
     Eigen::AlignedBox3d box;
@@ -128,7 +154,7 @@ std::vector<FilledHole> fillHoles(RepairSoup& soup, std::size_t max_edges) {
     }
     hole.across = box.diagonal().norm();
     std::vector<Triangle> filling;
-    if (loop.size() <= max_edges) filling = spanLoop(mesh, loop);
+    if (loop.size() <= max_edges) filling = spanLoop(mesh, loop, work);
     if (filling.empty()) {
       const auto hub = static_cast<std::uint32_t>(mesh.positions.size());
       mesh.positions.push_back(middle);

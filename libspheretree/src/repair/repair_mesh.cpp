@@ -34,6 +34,11 @@ constexpr double kDeep = 1e-3;                         // matter deeper than thi
 constexpr double kLostArea = 0.005;  // share of the input's area that may be left without solid matter, before a wrap is preferred
 constexpr double kThin = 5e-4;       // mean thickness below which a closed opening has only doubled a sheet
 constexpr int kCutRounds = 6;        // rounds of cutting, since rounding may leave crossings
+constexpr int kFreeRounds = 2;       // of them: before vertices are moved to a grid
+constexpr int kGridBits = 24;        // the grid is 2^-24 of the diagonal, and in each further round four times as wide
+// Bounds of the growth and of the work, before the wrap takes over.
+constexpr std::size_t kGrowth = 4, kMoreTriangles = 200'000;     // triangles for each one read, and beside them
+constexpr std::size_t kWork = 6'000'000, kWorkOfTriangle = 100;  // [us]; for each triangle beside it
 
 std::string number(double value) {
   char text[32];
@@ -62,48 +67,83 @@ double diagonalOf(const MeshReport& report) { return (report.high - report.low).
 class Repair {
  public:
   Repair(const TriangleMesh& mesh, const MeshReport& report, Progress& progress)
-      : input_(mesh), report_(report), progress_(progress), diagonal_(diagonalOf(report)), is_modified_(mesh.triangles.size(), 0) {}
+      : input_(mesh),
+        report_(report),
+        progress_(progress),
+        work_(progress, kWork + kWorkOfTriangle * mesh.triangles.size()),
+        max_triangles_(kMoreTriangles + kGrowth * mesh.triangles.size()),
+        diagonal_(diagonalOf(report)),
+        is_modified_(mesh.triangles.size(), 0) {}
 
-  /// The smallest change that works, without a wrap. Empty if it does not give a sound mesh.
+  /// The smallest change that works, without a wrap. Empty if it does not give a sound mesh within the bounds.
   std::optional<RepairedMesh> repair() {
-    soup_.mesh = {input_.positions, input_.triangles, {}, {}};
-    soup_.source = allTriangles(input_);
-    clean();
-    if (soup_.mesh.triangles.empty()) return {};
-    is_sheet_ = isOneSided(soup_.mesh);
-    closeBorders();
-    for (int round = 0; round < kCutRounds; ++round) {
-      progress_.check();
-      MeshReport state = checkMesh(soup_.mesh);
-      if (round == 0 && needsCuts(state) && !state.has(DefectKind::InsideOut)) state = turnCrossing(std::move(state));
-      // After a cut the winding is correct; while components cross, their nesting is uncertain.
-      if (state.has(DefectKind::InsideOut) && (round == 0 || !state.has(DefectKind::SelfIntersection))) state = turnOutward(state);
-      if (state.clean()) return finish(state);
-      if (needsCuts(state) && !resolve()) return {};
-      separate();
+    try {
+      return repairInSteps();
+    } catch (const TooMuchWork&) {
+      gives_up_ = true;
+      return {};
     }
-    return {};
   }
+
+  /// Whether a bound of the growth or of the work ended the repair.
+  bool givesUp() const { return gives_up_; }
 
   /// Whether the rest that needs a wrap is a sheet, which has no inside.
   bool isSheet() const { return is_sheet_; }
 
   /// `is_closed`: with its holes and openings filled, since the ball of the wrap would otherwise enter large ones.
-  RepairedMesh wrap(bool is_closed) {
-    soup_.mesh = {input_.positions, input_.triangles, {}, {}};
-    soup_.source = allTriangles(input_);
+  /// `gave_up`: the steps before it passed a bound.
+  RepairedMesh wrap(bool is_closed, bool gave_up) {
     if (is_closed) {
-      clean();
-      closeBorders();
-    } else {
+      try {
+        start();
+        clean();
+        closeBorders();
+      } catch (const TooMuchWork&) {
+        steps_.clear();
+        is_closed = false;
+      }
+    }
+    if (!is_closed) {
+      start();
       note(RepairStepKind::DropFlat, dropFlat(soup_), "left out, since they have no area");
     }
+    return wrapped(gave_up);
+  }
+
+ private:
+  void start() {
+    soup_.mesh = {input_.positions, input_.triangles, {}, {}};
+    soup_.source = allTriangles(input_);
+  }
+
+  std::optional<RepairedMesh> repairInSteps() {
+    start();
+    clean();
+    if (soup_.mesh.triangles.empty()) return {};
+    is_sheet_ = isOneSided(soup_.mesh);
+    closeBorders();
+    for (int round = 0; round < kCutRounds; ++round) {
+      work_.spend(soup_.mesh.triangles.size());
+      MeshReport state = checkMesh(soup_.mesh, kPlacesListed, progress_);
+      if (round == 0 && needsCuts(state) && !state.has(DefectKind::InsideOut)) state = turnCrossing(std::move(state));
+      // After a cut the winding is correct; while components cross, their nesting is uncertain.
+      if (state.has(DefectKind::InsideOut) && (round == 0 || !state.has(DefectKind::SelfIntersection))) state = turnOutward(state);
+      if (state.clean()) return finish(state);
+      if (needsCuts(state) && !resolve(round)) return {};
+      separate();
+      if (soup_.mesh.triangles.size() > max_triangles_) throw TooMuchWork{};
+    }
+    return {};
+  }
+
+  RepairedMesh wrapped(bool gave_up) {
     progress_.stage("wrap");
     const double alpha = std::max(kAlpha * diagonal_, std::sqrt(kAlphasInArea * report_.area)), offset = kOffset * diagonal_;
     RepairedMesh out;
     out.mesh = wrapSurface(soup_.mesh, alpha, offset, progress_);
     progress_.check();
-    out.result = checkMesh(out.mesh);
+    out.result = checkMesh(out.mesh, kPlacesListed, progress_);
     RepairStep step{RepairStepKind::Wrap, {}, out.mesh.triangles.size(), 0, {}};
     if (out.result.clean()) {
       const DistanceField surface(soup_.mesh);
@@ -118,17 +158,16 @@ class Repair {
       out.partly = std::move(clipped.partly);
       step.removed = std::move(clipped.removed);
     }
-    step.text = "wrapped: a closed surface of " + counted(step.count, "triangle", "triangles") + " around the whole, at most " +
-                number(step.change_mm) + " mm away; gaps narrower than " + number(2 * alpha) +
-                " mm are bridged, cavities filled; what lies deeper than " + number(alpha) +
-                " mm within it needs no cover: " + counted(step.removed.size(), "triangle", "triangles") + " wholly, " +
+    step.text = std::string(gave_up ? "the crossings are too many to cut them along each other; " : "") + "wrapped: a closed surface of " +
+                counted(step.count, "triangle", "triangles") + " around the whole, at most " + number(step.change_mm) +
+                " mm away; gaps narrower than " + number(2 * alpha) + " mm are bridged, cavities filled; what lies deeper than " +
+                number(alpha) + " mm within it needs no cover: " + counted(step.removed.size(), "triangle", "triangles") + " wholly, " +
                 std::to_string(out.partly.size()) + " in part.";
     steps_.push_back(std::move(step));
     out.steps = std::move(steps_);
     return out;
   }
 
- private:
   void note(RepairStepKind kind, std::vector<std::uint32_t> removed, const std::string& what) {
     if (removed.empty()) return;
     std::sort(removed.begin(), removed.end());
@@ -141,7 +180,7 @@ class Repair {
     note(RepairStepKind::DropFlat, dropFlat(soup_), "left out, since they have no area");
     note(RepairStepKind::DropDuplicates, dropDuplicates(soup_), "left out, since they are duplicates");
     alignWinding(soup_);  // cracks and T-junctions are open edges only if neighbours have the same winding
-    const Stitched stitched = stitchCracks(soup_, input_.triangles.size());
+    const Stitched stitched = stitchCracks(soup_, input_.triangles.size(), max_triangles_, work_);
     if (stitched.welded + stitched.split > 0) {
       for (std::size_t t = 0; t < is_modified_.size(); ++t) is_modified_[t] |= stitched.is_modified[t];
       steps_.push_back({RepairStepKind::StitchCracks,
@@ -161,7 +200,7 @@ class Repair {
 
   void dropFins() {
     const RepairSoup whole = soup_;
-    std::vector<std::uint32_t> removed = builder::dropFins(soup_);
+    std::vector<std::uint32_t> removed = builder::dropFins(soup_, work_);
     if (removed.empty()) return;
     std::vector<std::uint32_t> removed_triangles;
     for (std::uint32_t t = 0; t < whole.source.size(); ++t)
@@ -195,7 +234,7 @@ class Repair {
 
   void closeBorders() {
     const TriangleMesh before = soup_.mesh;
-    const std::vector<FilledHole> holes = fillHoles(soup_);
+    const std::vector<FilledHole> holes = fillHoles(soup_, work_);
     if (holes.empty()) return;
     const DistanceField surface(before);
     for (const RepairStepKind kind : {RepairStepKind::FillHoles, RepairStepKind::CapOpenings}) {
@@ -224,16 +263,16 @@ class Repair {
   MeshReport turnOutward(const MeshReport& state) {
     noteTurned(state.count(DefectKind::InsideOut));
     soup_.mesh = orientOutward(std::move(soup_.mesh), state);
-    return checkMesh(soup_.mesh);
+    return checkMesh(soup_.mesh, kPlacesListed, progress_);
   }
 
   /// While triangles cross, the check cannot tell which components are inside out; the sign of the volume decides. If
   /// they were cut unturned, they would bound nothing.
   MeshReport turnCrossing(MeshReport state) {
-    const std::size_t count = turnInward(soup_, state.component_of);
+    const std::size_t count = turnInward(soup_, state.component_of, work_);
     if (count == 0) return state;
     noteTurned(count);
-    return checkMesh(soup_.mesh);
+    return checkMesh(soup_.mesh, kPlacesListed, progress_);
   }
 
   void noteTurned(std::size_t count) {
@@ -245,15 +284,19 @@ class Repair {
     return std::ranges::any_of(state.defects, [](const Defect& d) { return d.kind != DefectKind::NonManifoldVertex; });
   }
 
-  bool resolve() {
+  bool resolve(int round) {
     progress_.stage("overlaps");
+    const double grid = round < kFreeRounds ? kNoGrid : std::exp2(std::ilogb(diagonal_) - kGridBits + 2 * (round - kFreeRounds));
     const double may_be_lost = kLostArea * report_.area - lost_area_;
     // The winding directions around a sheet that cannot be oriented are arbitrary.
-    const Resolved resolved = resolveOverlaps(soup_, kMaxCrossingPairs, is_sheet_ ? report_.area : may_be_lost, progress_);
+    const Resolved resolved =
+        resolveOverlaps(soup_, {kMaxCrossingPairs, max_triangles_}, grid, is_sheet_ ? report_.area : may_be_lost, progress_, work_);
+    gives_up_ |= resolved.is_stopped;
     if (resolved.is_stopped || soup_.mesh.triangles.empty()) return false;
     lost_area_ += resolved.lost_area;
     if (lost_area_ > kLostArea * report_.area) return false;
     for (const std::uint32_t source : resolved.lost) is_modified_[source] = 1, lost_.insert(source);  // still have to be covered
+    for (const std::uint32_t source : resolved.moved) is_modified_[source] = 1;
     RepairStep* step = find(RepairStepKind::ResolveOverlaps);
     if (!step) {
       steps_.push_back({RepairStepKind::ResolveOverlaps, {}, 0, 0, {}});
@@ -273,16 +316,17 @@ class Repair {
     if (is_either_way_) step->text += " Volume with reversed winding counts as solid, too.";
     // Rounded corners may coincide or be collinear.
     dropFlat(soup_);
-    Stitched stitched = stitchCracks(soup_, input_.triangles.size());
+    Stitched stitched = stitchCracks(soup_, input_.triangles.size(), max_triangles_, work_);
     for (std::size_t t = 0; t < is_modified_.size() && !stitched.is_modified.empty(); ++t) is_modified_[t] |= stitched.is_modified[t];
-    step->change_mm = std::max(step->change_mm, stitched.moved);
+    step->change_mm = std::max(step->change_mm, stitched.moved) + resolved.snapped;
     dropFlat(soup_);
     for (const std::uint32_t source : cancelOpposites(soup_)) is_modified_[source] = 1;
-    if (!findOpenEdges(soup_.mesh).empty()) fillHoles(soup_);
+    if (!findOpenEdges(soup_.mesh).empty()) fillHoles(soup_, work_);
     return true;
   }
 
   void separate() {
+    for (const std::uint32_t source : cancelOpposites(soup_)) is_modified_[source] = 1;  // a filling may coincide with the rest
     if (!findOpenEdges(soup_.mesh).empty()) return;
     const SeparatedFans fans = separateFans(soup_, kApart * diagonal_);
     if (fans.copies == 0) return;
@@ -318,7 +362,7 @@ class Repair {
     }
     dropUnusedVertices(soup_.mesh);
     out.mesh = std::move(soup_.mesh);
-    out.result = checkMesh(out.mesh);
+    out.result = checkMesh(out.mesh, kPlacesListed, progress_);
     const std::vector<char> is_removed = removed();
     std::vector<std::uint32_t> modified;
     for (std::uint32_t t = 0; t < is_modified_.size(); ++t)
@@ -355,6 +399,8 @@ class Repair {
   const TriangleMesh& input_;
   const MeshReport& report_;
   Progress& progress_;
+  RepairWork work_;
+  std::size_t max_triangles_;
   double diagonal_;
   RepairSoup soup_;
   std::vector<char>
@@ -363,7 +409,7 @@ class Repair {
   double lost_area_ = 0;
   std::set<std::uint32_t> partly_;  // triangles of the input that are removed where they lie within solid matter
   std::set<std::uint32_t> lost_;    // triangles of the input of which at least a part has nothing solid on either side
-  bool is_either_way_ = false, is_sheet_ = false;
+  bool is_either_way_ = false, is_sheet_ = false, gives_up_ = false;
 };
 
 /// The steps that a sound mesh may need, and the only ones with `off`.
@@ -420,8 +466,7 @@ std::string_view name(RepairStepKind kind) {
 }
 
 RepairedMesh repairMesh(const TriangleMesh& mesh, RepairKind kind, Progress& progress) {
-  const MeshReport report = checkMesh(mesh);
-  progress.check();
+  const MeshReport report = checkMesh(mesh, kPlacesListed, progress);
   RepairedMesh out;
   if (kind != RepairKind::Wrap && (report.clean() || (kind == RepairKind::Auto && report.fixable()))) {
     out = fixed(mesh, report);
@@ -430,13 +475,14 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, RepairKind kind, Progress& pro
     out.result = report;
   } else {
     std::optional<RepairedMesh> repaired;
-    bool is_solid = false;
+    bool is_solid = false, gave_up = false;
     if (kind == RepairKind::Auto) {
       Repair repair(mesh, report, progress);
       repaired = repair.repair();
       is_solid = !repair.isSheet();
+      gave_up = repair.givesUp();
     }
-    out = repaired ? std::move(*repaired) : Repair(mesh, report, progress).wrap(is_solid);
+    out = repaired ? std::move(*repaired) : Repair(mesh, report, progress).wrap(is_solid, gave_up);
   }
   out.report = report;
   return out;

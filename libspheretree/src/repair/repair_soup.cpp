@@ -73,7 +73,8 @@ double roundingOf(double length, const Vector3d& from) { return 1e-15 * (length 
 
 class Stitcher {
  public:
-  Stitcher(RepairSoup& soup, Stitched& result) : soup_(soup), result_(result) {}
+  Stitcher(RepairSoup& soup, Stitched& result, std::size_t max_triangles, RepairWork& work)
+      : soup_(soup), result_(result), max_triangles_(max_triangles), work_(work) {}
 
   void run(double tolerance) {
     result_.tolerance = tolerance;
@@ -116,6 +117,7 @@ class Stitcher {
       std::vector<std::uint32_t> cluster{v};
       is_taken[v] = 1;
       tree.searchWithin(mesh.positions[v], reach[v] * reach[v], [&](std::size_t first, std::size_t count) {
+        work_.spend(1);
         for (std::size_t s = first; s < first + count; ++s) {
           const std::uint32_t u = vertices[tree.order()[s]];
           if (is_taken[u] || (mesh.positions[u] - mesh.positions[v]).norm() > std::min(reach[u], reach[v])) continue;
@@ -161,8 +163,11 @@ class Stitcher {
       const double length = d.norm();
       if (!(length > 4 * tolerance)) continue;
       const double near = std::max(tolerance, roundingOf(length, a));
+      work_.spend(1);
+      std::size_t leaves = 0;
       std::vector<std::pair<double, std::uint32_t>> on;  // position along the edge, vertex
       tree.searchWithin(a + 0.5 * d, std::pow(0.5 * length + near, 2), [&](std::size_t first, std::size_t count) {
+        if (++leaves % 16 == 0) work_.spend(1);
         for (std::size_t s = first; s < first + count; ++s) {
           const std::uint32_t v = vertices[tree.order()[s]];
           if (v == e.from || v == e.to || std::ranges::find(mesh.triangles[e.triangle], v) != mesh.triangles[e.triangle].end()) continue;
@@ -170,7 +175,7 @@ class Stitcher {
           if (off <= near && at * length > near && (1 - at) * length > near) on.emplace_back(at, v);
         }
       });
-      if (on.empty()) continue;
+      if (on.empty() || mesh.triangles.size() + on.size() > max_triangles_) continue;
       std::sort(on.begin(), on.end());
       split(e, on);
       done.insert(e.triangle);
@@ -206,6 +211,8 @@ class Stitcher {
 
   RepairSoup& soup_;
   Stitched& result_;
+  std::size_t max_triangles_;
+  RepairWork& work_;
 };
 
 /// Patches of triangles that are connected by edges of exactly two triangles.
@@ -272,11 +279,18 @@ std::vector<std::uint32_t> dropDuplicates(RepairSoup& soup) {
   });
 }
 
-Stitched stitchCracks(RepairSoup& soup, std::size_t input_triangles) {
+bool hasDuplicates(const TriangleMesh& mesh) {
+  std::vector<Triangle> sorted = mesh.triangles;
+  for (Triangle& corners : sorted) std::sort(corners.begin(), corners.end());
+  std::sort(sorted.begin(), sorted.end());
+  return std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end();
+}
+
+Stitched stitchCracks(RepairSoup& soup, std::size_t input_triangles, std::size_t max_triangles, RepairWork& work) {
   const auto attempt = [&](double tolerance, RepairSoup& copy) {
     Stitched result;
     result.is_modified.assign(input_triangles, 0);
-    Stitcher(copy, result).run(tolerance);
+    Stitcher(copy, result, max_triangles, work).run(tolerance);
     return result;
   };
   const double diagonal = diagonalOf(soup.mesh);
@@ -365,7 +379,7 @@ std::vector<std::uint32_t> cancelOpposites(RepairSoup& soup) {
   return filter(soup, [&](std::size_t t) { return !goes[t]; });
 }
 
-std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& component_of) {
+std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& component_of, RepairWork& work) {
   TriangleMesh& mesh = soup.mesh;
   struct Body {
     double volume = 0;
@@ -382,6 +396,7 @@ std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& compo
     body.volume += (mesh.corner(t, 0) - middle).dot((mesh.corner(t, 1) - middle).cross(mesh.corner(t, 2) - middle));
   }
   const auto goesRound = [&](const Body& inner) {
+    work.spend(1 + bodies.size() / 256);
     return std::ranges::any_of(bodies, [&](const Body& b) { return &b != &inner && b.box.contains(inner.box); });
   };
   std::vector<char> turns(bodies.size(), 0);
@@ -393,13 +408,14 @@ std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& compo
   return count;
 }
 
-std::vector<std::uint32_t> dropFins(RepairSoup& soup) {
+std::vector<std::uint32_t> dropFins(RepairSoup& soup, RepairWork& work) {
   double left = 0;  // area that may still be removed
   for (std::size_t t = 0; t < soup.mesh.triangles.size(); ++t) left += kMaxFinArea * triangleArea(soup.mesh, t);
   const double max_size = kFinSize * diagonalOf(soup.mesh);
   std::vector<std::uint32_t> dropped;
   for (bool again = true; again;) {  // a fin may be attached to a fin
     again = false;
+    work.spend(soup.mesh.triangles.size());
     const std::vector<Side> sides = sortedSides(soup.mesh);
     const Patches patches = findPatches(soup.mesh, sides);
     std::vector<char> is_free(patches.count, 0), is_joined(patches.count, 0);

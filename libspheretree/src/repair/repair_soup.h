@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "repair/repair_work.h"
 #include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree::builder {
@@ -36,6 +37,9 @@ std::vector<std::uint32_t> dropFlat(RepairSoup& soup);
 /// others.
 std::vector<std::uint32_t> dropDuplicates(RepairSoup& soup);
 
+/// Whether two triangles have the same corners, in any order.
+bool hasDuplicates(const TriangleMesh& mesh);
+
 struct Stitched {
   double tolerance = 0;           // tolerance that was used [mm]
   std::size_t welded = 0;         // vertices merged into others
@@ -48,8 +52,9 @@ struct Stitched {
 /// open edges that they lie on (T-junctions). Tries a sequence of tolerances up to 1e-4 of the diagonal, and takes the
 /// smallest one that closes nearly as many edges as the best one. A vertex moves by at most a quarter of its shortest
 /// side.
-/// @pre no flat triangles. The result may contain flat triangles and duplicates.
-Stitched stitchCracks(RepairSoup& soup, std::size_t input_triangles);
+/// @pre no flat triangles. The result may contain flat triangles and duplicates, and at most `max_triangles`: then it
+/// leaves T-junctions. @throws TooMuchWork
+Stitched stitchCracks(RepairSoup& soup, std::size_t input_triangles, std::size_t max_triangles, RepairWork& work);
 
 /// Turns triangles so that two triangles at an edge traverse it in opposite directions; the larger area keeps its
 /// winding. Returns the number of turned triangles. On a surface that cannot be oriented (Moebius strip), some edges
@@ -66,11 +71,12 @@ std::vector<std::uint32_t> cancelOpposites(RepairSoup& soup);
 
 /// Turns the components with negative volume, except those whose box lies within the box of another component: they may
 /// be cavities. Returns how many. @pre no open edges. `component_of`: for each triangle, as in MeshReport.
-std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& component_of);
+/// @throws TooMuchWork
+std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& component_of, RepairWork& work);
 
 /// Removes small sheets that are attached to the rest by an edge of three or more triangles and end in a free border.
 /// Small means: their box is up to a tenth of the diagonal, and together they have at most 3 % of the area. Returns
-/// their sources.
-std::vector<std::uint32_t> dropFins(RepairSoup& soup);
+/// their sources. @throws TooMuchWork
+std::vector<std::uint32_t> dropFins(RepairSoup& soup, RepairWork& work);
 
 }  // namespace spheretree::builder

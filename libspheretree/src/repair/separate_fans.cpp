@@ -16,8 +16,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kSplitRounds =
-    20;  // rounds of splits: a triangle needs at most one for each shared edge, but coincident triangles would need infinitely many
+constexpr int kSplitRounds = 20;  // rounds of splits; an edge waits for a neighbour that is split in the same round
 
 struct FanSide : Side {
   double angle;  // of the triangle around the edge, from low to high
@@ -83,7 +82,8 @@ void join(const TriangleMesh& mesh, const Side& a, const Side& b, Groups& fans) 
 
 SeparatedFans separateFans(RepairSoup& soup, double distance) {
   TriangleMesh& mesh = soup.mesh;
-  std::vector<std::uint32_t> copies;  // the vertices to move
+  if (hasDuplicates(mesh)) return {0, 0, std::vector<char>(mesh.triangles.size(), 0)};  // they would be split without end
+  std::vector<std::uint32_t> copies;                                                    // the vertices to move
   for (int round = 0; round < kSplitRounds; ++round) {
     const std::vector<std::uint32_t> middles = splitSharedEdges(soup);
     if (middles.empty()) break;

@@ -88,12 +88,14 @@ class Splitter {
     dropFlat(soup);
     dropDuplicates(soup);
     alignWinding(soup);
-    stitchCracks(soup, scan.triangles.size());
+    RepairWork work(progress_);
+    const std::size_t max_triangles = 4 * scan.triangles.size();  // as repairMesh() limits it
+    stitchCracks(soup, scan.triangles.size(), max_triangles, work);
     dropFlat(soup);
     dropDuplicates(soup);
     double surplus = surfaceArea(soup.mesh);
     std::size_t removed = soup.mesh.triangles.size();
-    dropFins(soup);
+    dropFins(soup, work);
     alignWinding(soup);
     TriangleMesh& mesh = soup.mesh;
     makeManifold(mesh);
@@ -286,7 +288,7 @@ class Splitter {
       }
       first += static_cast<std::uint32_t>(out_.parts[p].mesh.positions.size());
     }
-    for (const auto& [a, b] : findCrossingTriangles(all, kMaxSplitCrossings).pairs) {
+    for (const auto& [a, b] : findCrossingTriangles(all, kMaxSplitCrossings, progress_).pairs) {
       if (part_of[a] == part_of[b]) continue;  // counted by the checks of the part
       ++out_.crossing_pairs;
       for (const std::uint32_t t : {a, b}) {

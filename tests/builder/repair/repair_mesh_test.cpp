@@ -251,6 +251,43 @@ TEST(RepairMesh, UnitesOverlappingBodies) {
   for (const std::uint32_t t : step.removed) EXPECT_LT(solid.signedDistance(both.corner(t, 0)), 1e-9);  // they really lie inside
 }
 
+// Bodies in one place, up to a small shift: the union, within the bounds of growth, and no wrap, which would lie
+// farther out.
+TEST(RepairMesh, UnitesBodiesThatNearlyCoincide) {
+  for (const double shift : {1e-12, 1e-9, 1e-7, 1e-5, 1e-3}) {
+    TriangleMesh all;
+    std::mt19937_64 random(4);
+    std::uniform_real_distribution<double> move(-shift, shift);
+    for (int i = 0; i < 4; ++i) {
+      TriangleMesh body = test::sphereMesh(1, 2);
+      for (Vector3d& p : body.positions) p += Vector3d(move(random), move(random), move(random));
+      all = joined(all, body);
+    }
+    const RepairedMesh r = repaired(all);
+    ASSERT_TRUE(r.isSound()) << shift << r.result.summary();
+    EXPECT_LE(r.mesh.triangles.size(), 4 * all.triangles.size());
+    EXPECT_NE(r.steps.back().kind, Wrap) << shift;
+    EXPECT_NEAR(volumeOf(r.mesh), volumeOf(test::sphereMesh(1, 2)), 20 * shift + 1e-4) << shift;
+    EXPECT_LE(r.bound_mm, 1e-4);
+  }
+}
+
+// Bars in nearly one plane, each through all others: a bound is passed, and the wrap says so.
+TEST(RepairMesh, WrapsWhatWouldGrowTooMuchAndSaysSo) {
+  TriangleMesh star;
+  for (int i = 0; i < 150; ++i) {
+    TriangleMesh bar = boxMesh({-1, -0.004, -0.002}, {1, 0.004, 0.002});
+    const double turn = std::numbers::pi * i / 150, lift = 1e-4 * std::sin(7.0 * i);
+    for (Vector3d& p : bar.positions)
+      p = Vector3d(std::cos(turn) * p.x() - std::sin(turn) * p.y(), std::sin(turn) * p.x() + std::cos(turn) * p.y(), p.z() + lift);
+    star = joined(star, bar);
+  }
+  const RepairedMesh r = repaired(star);
+  ASSERT_TRUE(r.isSound()) << r.result.summary();
+  ASSERT_EQ(r.steps.back().kind, Wrap);
+  EXPECT_TRUE(r.steps.back().text.starts_with("the crossings are too many"));
+}
+
 // A solid within solid matter bounds nothing: it is removed and listed; one that is wound inward is a cavity and stays.
 // This also holds where the outer solid is damaged.
 TEST(RepairMesh, NestedSolidsKeepTheirMeaning) {

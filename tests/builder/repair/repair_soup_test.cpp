@@ -19,6 +19,8 @@ using Eigen::Vector3d;
 using test::boxMesh;
 using test::soupOf;
 
+const Progress kProgress;
+
 TEST(OpenEdges, AreThoseOfHolesAndOfClashes) {
   TriangleMesh box = boxMesh({0, 0, 0}, {1, 1, 1});
   EXPECT_TRUE(findOpenEdges(box).empty());
@@ -68,9 +70,10 @@ TEST(TurnInward, TurnsBodiesButNoCavities) {
     component_of.resize(all.triangles.size(), i);
   }
   RepairSoup soup = soupOf(all);
-  EXPECT_EQ(turnInward(soup, component_of), 2u);
+  RepairWork work(kProgress);
+  EXPECT_EQ(turnInward(soup, component_of, work), 2u);
   EXPECT_NEAR(test::volumeOf(soup.mesh), 64 - 1 + 2 + 8, 1e-12);
-  EXPECT_EQ(turnInward(soup, component_of), 0u);
+  EXPECT_EQ(turnInward(soup, component_of, work), 0u);
 }
 
 TEST(AlignWinding, LeavesAMoebiusStripOneSided) {
@@ -124,10 +127,37 @@ TEST(DropFins, KeepsLargeAndUnconnectedSheets) {
     mesh.triangles.push_back({a, b, first});
     mesh.triangles.push_back({first + 1, first + 2, first + 3});
     RepairSoup soup = soupOf(mesh);
-    const std::vector<std::uint32_t> dropped = dropFins(soup);
+    RepairWork work(kProgress);
+    const std::vector<std::uint32_t> dropped = dropFins(soup, work);
     EXPECT_EQ(dropped, height < 1 ? std::vector{static_cast<std::uint32_t>(sphere.triangles.size())} : std::vector<std::uint32_t>());
     EXPECT_EQ(soup.mesh.triangles.size() + dropped.size(), mesh.triangles.size());
   }
+}
+
+// A long edge beside a border of many vertices: each of them would divide the triangle at the edge, and its neighbours
+// again. The number of triangles stays within the limit.
+TEST(StitchCracks, StaysWithinItsBounds) {
+  constexpr std::uint32_t kVertices = 200, kLongEdges = 50;
+  TriangleMesh mesh;
+  for (std::uint32_t i = 0; i <= kVertices; ++i) mesh.positions.emplace_back(i, 0, 0);
+  mesh.positions.emplace_back(0.5 * kVertices, 50, 0);
+  for (std::uint32_t i = 0; i < kVertices; ++i) mesh.triangles.push_back({i, i + 1, kVertices + 1});
+  for (std::uint32_t i = 0; i < kLongEdges; ++i) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (const double x : {-1.0 - i, kVertices + 1.0 + i}) mesh.positions.emplace_back(x, 0, 0);
+    mesh.positions.emplace_back(0, -50, i);
+    mesh.triangles.push_back({first + 1, first, first + 2});
+  }
+  const std::size_t read = mesh.triangles.size();
+  RepairSoup free = soupOf(mesh);
+  RepairWork work(kProgress);
+  stitchCracks(free, read, 1'000'000, work);
+  ASSERT_GT(free.mesh.triangles.size(), 4 * read);
+  RepairSoup bounded = soupOf(mesh);
+  stitchCracks(bounded, read, 4 * read, work);
+  EXPECT_LE(bounded.mesh.triangles.size(), 4 * read);
+  RepairWork little(kProgress, 100);
+  EXPECT_THROW(stitchCracks(bounded, read, 4 * read, little), TooMuchWork);
 }
 
 }  // namespace

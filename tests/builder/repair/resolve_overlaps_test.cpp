@@ -21,6 +21,8 @@ using Eigen::Vector3d;
 using test::boxMesh;
 using test::soupOf;
 
+constexpr OverlapLimits kNoLimits{100'000, 100'000};
+
 // A row of boxes, each slightly rotated and pushed into the one before: the oracle of the union is a grid of points.
 TEST(ResolveOverlaps, KeepsTheUnion) {
   std::mt19937_64 random(5);
@@ -41,7 +43,8 @@ TEST(ResolveOverlaps, KeepsTheUnion) {
   }
   RepairSoup soup = soupOf(all);
   Progress progress;
-  const Resolved resolved = resolveOverlaps(soup, 100000, 0, progress);
+  RepairWork work(progress);
+  const Resolved resolved = resolveOverlaps(soup, kNoLimits, kNoGrid, 0, progress, work);
   EXPECT_GT(resolved.crossing_pairs, 20u);
   EXPECT_EQ(resolved.lost_area, 0);
   EXPECT_TRUE(checkMesh(soup.mesh).clean()) << checkMesh(soup.mesh).summary();
@@ -72,7 +75,8 @@ TEST(ResolveOverlaps, CutsCoplanarTrianglesAlike) {
   for (int i = 0; i < 3; ++i) add(boxMesh({2.0 / 3 * i, 0, 1}, {2.0 / 3 * (i + 1), 1, 2}));
   RepairSoup soup = soupOf(all);
   Progress progress;
-  resolveOverlaps(soup, 100000, 0, progress);
+  RepairWork work(progress);
+  resolveOverlaps(soup, kNoLimits, kNoGrid, 0, progress, work);
   EXPECT_TRUE(findOpenEdges(soup.mesh).empty());
   EXPECT_NEAR(test::volumeOf(soup.mesh), 4, 1e-12);
   EXPECT_NEAR(test::areaOf(soup.mesh), 2 * (2 * 2 + 2 * 1 + 2 * 1), 1e-12);
@@ -84,23 +88,28 @@ TEST(ResolveOverlaps, TreatsInvertedSolidsAsSolidIfTooMuchWouldBeLost) {
   for (Triangle& t : backwards.triangles) std::swap(t[0], t[1]);
   const TriangleMesh all = joined(boxMesh({0, 0, 0}, {2, 1, 1}), backwards);
   Progress progress;
+  RepairWork work(progress);
   RepairSoup kept = soupOf(all);
-  const Resolved lost = resolveOverlaps(kept, 1000, 100, progress);
+  const Resolved lost = resolveOverlaps(kept, kNoLimits, kNoGrid, 100, progress, work);
   EXPECT_FALSE(lost.is_either_way);
   EXPECT_NEAR(lost.lost_area, 4 * 2 * 0.5 + 2 * 0.25, 1e-12);  // of the part that reaches out, and of the wall through which it passes
   EXPECT_NEAR(test::volumeOf(kept.mesh), 2 - 0.25, 1e-12);
   RepairSoup whole = soupOf(all);
-  const Resolved both = resolveOverlaps(whole, 1000, 1, progress);
+  const Resolved both = resolveOverlaps(whole, kNoLimits, kNoGrid, 1, progress, work);
   EXPECT_TRUE(both.is_either_way);
   EXPECT_EQ(both.lost_area, 0);
   EXPECT_NEAR(test::volumeOf(whole.mesh), 2 - 0.25 + 0.5, 1e-12);
 }
 
-TEST(ResolveOverlaps, StopsAtTooManyPairs) {
+TEST(ResolveOverlaps, StopsAtItsLimitsAndLeavesTheSoupAlone) {
   const TriangleMesh all = joined(boxMesh({0, 0, 0}, {2, 2, 2}), boxMesh({1, 1, 1}, {3, 3, 3}));
   RepairSoup soup = soupOf(all);
   Progress progress;
-  EXPECT_TRUE(resolveOverlaps(soup, 3, 0, progress).is_stopped);
+  RepairWork work(progress);
+  EXPECT_TRUE(resolveOverlaps(soup, {3, 1000}, kNoGrid, 0, progress, work).is_stopped);
+  EXPECT_TRUE(resolveOverlaps(soup, {1000, 30}, kNoGrid, 0, progress, work).is_stopped);
+  RepairWork little(progress, 100);
+  EXPECT_THROW(resolveOverlaps(soup, kNoLimits, kNoGrid, 0, progress, little), TooMuchWork);
   EXPECT_EQ(soup.mesh.triangles, all.triangles);
 }
 

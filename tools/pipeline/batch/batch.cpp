@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
-#include <thread>
 
+#include "base/useful_threads.h"
 #include "generator.h"
 #include "json_text.h"
 #include "pipeline/batch/budget_search.h"
@@ -162,7 +162,7 @@ BatchResult runBatch(const BatchSettings& settings, tool::WorkProgress& progress
   const auto begun = Clock::now();
   const tool::RunFiles files(progress);
   check(settings);
-  const int threads = settings.threads > 0 ? settings.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const int threads = builder::usefulThreads(settings.threads);
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
   const bool is_plain = !settings.budget && !settings.speed;  // otherwise the amount of work is unknown in advance
   if (is_plain) progress.share(0, kReadShare);

@@ -167,6 +167,7 @@ TreeResult TreeJob::run(builder::Progress& progress) const {
 
   TreeFigures figures = figuresOf(built, repaired, settings.tolerance_mm);
   figures.notes = file->mesh.notes;
+  figures.notes.insert(figures.notes.end(), built.statistics.notes.begin(), built.statistics.notes.end());
   figures.levels = levelsOf(repaired, built.tree, progress);
   if (is_graded) figures.min_tolerance_mm = min_tolerance;
   if (own.max_leaves > 0 || is_for_error) {

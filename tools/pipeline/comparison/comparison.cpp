@@ -31,16 +31,12 @@ using builder::BuilderKind;
 using builder::Quality;
 using tool::kGenerator;
 
-/// Progress of one run among many: progress within the run does not move the bar, and Ctrl-C takes effect at its next
-/// check.
+/// Progress of one run among many: progress within the run does not move the bar.
 class RunProgress : public builder::Progress {
  public:
-  RunProgress(builder::Progress& whole, double done) : whole_(whole), done_(done) {}
+  RunProgress(builder::Progress& whole, double done) : Progress(&whole), whole_(whole), done_(done) {}
   void stage(std::string_view) override { advance(0); }
-  void advance(double) override {
-    if (whole_.cancelled()) cancel();
-    whole_.advance(done_);
-  }
+  void advance(double) override { whole_.advance(done_); }
 
  private:
   builder::Progress& whole_;

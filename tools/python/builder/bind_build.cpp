@@ -81,6 +81,7 @@ std::shared_ptr<PythonTree> buildTree(const PythonMesh& given, const BuildSettin
     p.check();
     result = builder::buildSphereTree(repaired.mesh, settings, p, repaired.to_cover);
   });
+  notes.insert(notes.end(), result->statistics.notes.begin(), result->statistics.notes.end());
   const py::dict statistics = statisticsOf(settings, *result, repaired);
   if (settings.tolerance_mm > 0 && !result->statistics.tolerance_met)
     notes.push_back(

@@ -21,7 +21,7 @@ using builder::RepairStep;
 MeshReport check(const py::object& mesh, const py::object& triangles, std::size_t places) {
   const auto given = meshArgument(mesh, triangles);
   MeshReport report;
-  runInterruptibly(py::none(), [&](builder::Progress&) { report = builder::checkMesh(given->mesh, places); });
+  runInterruptibly(py::none(), [&](builder::Progress& p) { report = builder::checkMesh(given->mesh, places, p); });
   return report;
 }
 

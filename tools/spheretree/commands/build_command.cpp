@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -72,8 +73,28 @@ void checkOptions(const BuildOptions& options, const RunFiles& files) {
   files.willWrite(options.uncertified, {".sph"}, "the spheres before certification");
 }
 
+using Stages = std::vector<builder::BuildStatistics::Stage>;
+
+/// The seconds of the whole command so far: `own`, then the stages of the build, each name once.
+Stages allStages(Stages own, const builder::BuildStatistics& statistics) {
+  for (const builder::BuildStatistics::Stage& stage : statistics.stages) {
+    const auto at = std::ranges::find(own, stage.name, &builder::BuildStatistics::Stage::name);
+    if (at == own.end())
+      own.push_back(stage);
+    else
+      at->seconds += stage.seconds;
+  }
+  return own;
+}
+
+double secondsOf(const Stages& stages) {
+  double sum = 0;
+  for (const builder::BuildStatistics::Stage& stage : stages) sum += stage.seconds;
+  return sum;
+}
+
 Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired, const builder::BuildResult& result,
-              const std::vector<std::string>& notes) {
+              const std::vector<std::string>& notes, const Stages& stages) {
   const builder::BuildSettings& s = options.settings;
   const builder::BuildStatistics& statistics = result.statistics;
   const TriangleMesh& mesh = repaired.mesh;
@@ -124,22 +145,29 @@ Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired
                               : Json{{"triangles", simplification.triangles}, {"distance_bound_mm", simplification.distance_bound_mm}};
   out["certified_pieces"] = statistics.certified_pieces;
   out["tolerance_met"] = s.tolerance_mm > 0 ? Json(statistics.tolerance_met) : Json(nullptr);
-  double total = 0;
   out["stages"] = Json::array();
-  for (const builder::BuildStatistics::Stage& stage : statistics.stages) {
-    out["stages"].push_back({{"name", stage.name}, {"seconds", stage.seconds}});
-    total += stage.seconds;
-  }
-  out["seconds"] = total;
+  for (const builder::BuildStatistics::Stage& stage : stages) out["stages"].push_back({{"name", stage.name}, {"seconds", stage.seconds}});
+  out["seconds"] = secondsOf(stages);
   return out;
 }
 
-void printSummary(const BuildOptions& options, const builder::BuildResult& result) {
-  double seconds = 0;
-  for (const builder::BuildStatistics::Stage& stage : result.statistics.stages) seconds += stage.seconds;
+/// For example ": repair 61.2 s, balls 1.6 s"; empty if no stage is long.
+std::string longStages(const Stages& stages) {
+  constexpr double kLong = 0.5;  // [s]
+  std::string text;
+  for (const builder::BuildStatistics::Stage& stage : stages) {
+    if (stage.seconds < kLong) continue;
+    char part[64];
+    std::snprintf(part, sizeof part, "%s %.1f s", stage.name.c_str(), stage.seconds);
+    text += (text.empty() ? ": " : ", ") + std::string(part);
+  }
+  return text;
+}
+
+void printSummary(const BuildOptions& options, const builder::BuildResult& result, const Stages& stages) {
   const std::size_t nodes = result.tree.nodeCount();
-  printResult("%s: %zu node%s, every level covers the surface; %.1f s\n", plainText(options.output.string()).c_str(), nodes,
-              nodes == 1 ? "" : "s", seconds);
+  printResult("%s: %zu node%s, every level covers the surface; %.1f s%s\n", plainText(options.output.string()).c_str(), nodes,
+              nodes == 1 ? "" : "s", secondsOf(stages), longStages(stages).c_str());
   // A published method covers points of the surface; what it takes to cover what lies between belongs to its figures.
   const bool shows_growth = !options.settings.searches();
   printResult("level  spheres  overhang bound [mm]%s\n", shows_growth ? "  certification added [mm]" : "");
@@ -194,25 +222,41 @@ int buildOne(BuildOptions options, bool quiet, builder::Progress& progress) {
   if (options.settings.builder == BuilderKind::Combined && options.combine.empty()) options.combine = {"expand", "merge", "burst"};
   for (const std::string& member : options.combine) options.settings.combine.push_back(pipeline::byName(pipeline::kMembers, member));
 
+  Stages own;
+  auto begun = std::chrono::steady_clock::now();
+  const auto finish = [&](const char* stage) {
+    const auto now = std::chrono::steady_clock::now();
+    own.push_back({stage, std::chrono::duration<double>(now - begun).count()});
+    begun = now;
+  };
   progress.stage("read");
   formats::MeshFile file = pipeline::readMeshIn(options.input, options.unit);
   options.settings.unit_mm = file.unit_mm;
   const TriangleMesh mesh = pipeline::choosePart(std::move(file.mesh), options.parts);
   std::vector<std::string> notes = std::move(file.notes);
   progress.check();
+  finish("read");
   progress.stage("check");
   const builder::RepairedMesh repaired =
       pipeline::soundMesh(mesh, options.input.string(), pipeline::repairKind(options.repair), notes, progress);
+  finish(repaired.steps.empty() ? "check" : "repair");
   if (!quiet)
     for (const std::string& note : notes) say(formats::shownName(options.input) + ": " + note);
   progress.check();
 
   const builder::BuildResult result = builder::buildSphereTree(repaired.mesh, options.settings, progress, repaired.to_cover);
   progress.check();
+  for (const std::string& note : result.statistics.notes) {
+    notes.push_back(note);
+    if (!quiet) say(formats::shownName(options.input) + ": " + note);
+  }
+  begun = std::chrono::steady_clock::now();
   formats::writeSphereTree(options.output, result.tree);
   if (!options.uncertified.empty()) formats::writeWhole(options.uncertified, formats::writeSph(result.uncertified, SphereKind::Cover));
-  if (!options.report.empty()) formats::writeWhole(options.report, jsonText(reportOf(options, repaired, result, notes), 2) + "\n");
-  if (!isDash(options.output) && !isDash(options.report)) printSummary(options, result);
+  finish("write");
+  const Stages stages = allStages(own, result.statistics);
+  if (!options.report.empty()) formats::writeWhole(options.report, jsonText(reportOf(options, repaired, result, notes, stages), 2) + "\n");
+  if (!isDash(options.output) && !isDash(options.report)) printSummary(options, result, stages);
   if (options.settings.tolerance_mm > 0 && !result.statistics.tolerance_met) {
     const std::string more = leavesBind(options.settings) ? "--leaves" : "--levels";
     const auto& leaves = result.statistics.levels.back();

@@ -72,7 +72,7 @@ std::vector<PartLine> partsOf(const TriangleMesh& mesh, const builder::MeshRepor
   std::vector<PartLine> lines;
   const auto add = [&](const std::string& name, std::optional<std::uint32_t> component, const TriangleMesh& part) {
     progress.check();
-    const builder::MeshReport own = builder::checkMesh(part);
+    const builder::MeshReport own = builder::checkMesh(part, builder::kPlacesListed, progress);
     lines.push_back({name, component, own.triangles, own.volume, own.low, own.high,
                      own.clean()     ? "sound"
                      : own.fixable() ? "inside out"
@@ -299,7 +299,8 @@ bool checkOne(const CheckOptions& options, const std::filesystem::path& input, J
   const TriangleMesh mesh = pipeline::choosePart(file.mesh, options.parts);
   const bool needs_all = options.json || !options.output.empty();
   const builder::RepairedMesh repaired = builder::repairMesh(mesh, builder::RepairKind::Auto, progress);
-  const builder::MeshReport report = needs_all ? builder::checkMesh(mesh, std::numeric_limits<std::size_t>::max()) : repaired.report;
+  const builder::MeshReport report =
+      needs_all ? builder::checkMesh(mesh, std::numeric_limits<std::size_t>::max(), progress) : repaired.report;
   progress.check();
   progress.stage("survey");
   const builder::MeshSurvey survey = builder::surveyMesh(mesh, report, progress, file.unit_mm);

@@ -36,6 +36,7 @@ struct BuildStatistics {
     double seconds;
   };
   std::vector<Stage> stages;
+  std::vector<std::string> notes;  // what was left out, and why; whole sentences
 };
 
 struct BuildResult {

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "spheretree/builder/progress.h"
 #include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree::builder {
@@ -91,8 +92,9 @@ struct MeshReport {
 };
 
 /// `places`: how many places to list for each defect. Cost: O(n log n) plus one test for each pair of triangles whose
-/// boxes overlap; about 0.5 s for 100,000 triangles. Throws nothing but std::bad_alloc, whatever the mesh.
-MeshReport checkMesh(const TriangleMesh& mesh, std::size_t places = kPlacesListed);
+/// boxes overlap; about 0.5 s for 100,000 triangles. Throws nothing but std::bad_alloc and Cancelled, whatever the
+/// mesh.
+MeshReport checkMesh(const TriangleMesh& mesh, std::size_t places = kPlacesListed, const Progress& progress = {});
 
 /// Turns the components that `report` of this mesh marks as inside out.
 TriangleMesh orientOutward(TriangleMesh mesh, const MeshReport& report);
