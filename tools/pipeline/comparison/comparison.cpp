@@ -307,7 +307,8 @@ std::string comparisonCsv(const Comparison& comparison) {
                    "," + Json(run.processor_seconds).dump(),
                level);
   for (const MeshFigures& mesh : comparison.meshes)
-    for (const OtherFigures& other : mesh.others) addLevel(mesh.name + "," + other.name + ",,," + (other.seconds > 0 ? Json(other.seconds).dump() : ""), other.level);
+    for (const OtherFigures& other : mesh.others)
+      addLevel(mesh.name + "," + other.name + ",,," + (other.seconds > 0 ? Json(other.seconds).dump() : ""), other.level);
   return out;
 }
 

@@ -46,7 +46,11 @@ Json toJson(const MeanFigures& mean) {
 Json toJson(const MeshFigures& mesh) {
   Json others = Json::array();
   for (const OtherFigures& other : mesh.others)
-    others.push_back({{"name", other.name}, {"file", other.file.string()}, {"format", other.format}, {"processor_seconds", other.seconds}, {"level", levelJson(other.level)}});
+    others.push_back({{"name", other.name},
+                      {"file", other.file.string()},
+                      {"format", other.format},
+                      {"processor_seconds", other.seconds},
+                      {"level", levelJson(other.level)}});
   return {{"name", mesh.name},
           {"file", mesh.file.string()},
           {"triangles", mesh.triangles},

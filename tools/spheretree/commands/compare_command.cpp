@@ -76,8 +76,8 @@ void addAgainst(const CompareOptions& options, std::vector<ComparedMesh>& meshes
   const std::vector<std::byte> bytes = formats::readFile(options.against, formats::kMaxFileBytes);
   formats::CsvTable table({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, options.against.string());
   constexpr const char* kAdvice = "The first line has to be name,mesh,seconds,file";
-  const std::size_t name = table.require("name", kAdvice), mesh = table.require("mesh", kAdvice), seconds = table.require("seconds", kAdvice),
-                    file = table.require("file", kAdvice);
+  const std::size_t name = table.require("name", kAdvice), mesh = table.require("mesh", kAdvice),
+                    seconds = table.require("seconds", kAdvice), file = table.require("file", kAdvice);
   while (table.next()) {
     const auto compared = std::ranges::find_if(meshes, [&](const ComparedMesh& m) { return m.file.stem() == table.field(mesh); });
     if (compared == meshes.end()) table.failField(mesh, "not the name of a mesh of this comparison, without the ending");

@@ -114,9 +114,9 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
   if (endingOf(options.mesh) == ".urdf") {
     options.settings.limits = false;
     options.robot.urdf = options.mesh;
-    return evaluateRobot({options.robot, options.tree, options.link, spheresUnit(options.spheres_unit), options.repair, options.json,
-                          options.settings},
-                         program.quiet, progress);
+    return evaluateRobot(
+        {options.robot, options.tree, options.link, spheresUnit(options.spheres_unit), options.repair, options.json, options.settings},
+        program.quiet, progress);
   }
   const std::string unit = options.robot.units.empty() ? "" : options.robot.units.front();
   if (options.robot.units.size() > 1 || unit.find('=') != std::string::npos || options.robot.is_visual || !options.robot.packages.empty())

@@ -188,9 +188,9 @@ std::string runsTable(const Comparison& comparison, const MeshFigures& mesh) {
   const double percent = 100 / mesh.diagonal_mm;
   for (const pipeline::OtherFigures& other : mesh.others)
     table.rows.push_back({escaped(other.name) + " <span class=\"note\">" + escaped(other.format) + "</span>",
-                          other.seconds > 0 ? shortNumber(other.seconds) : "\u2013",
-                          std::to_string(other.level.spheres), shortNumber(other.level.overhang.max * percent),
-                          shortNumber(other.level.overhang.p99 * percent), shortNumber(100 * other.level.coverage.uncovered_fraction),
+                          other.seconds > 0 ? shortNumber(other.seconds) : "\u2013", std::to_string(other.level.spheres),
+                          shortNumber(other.level.overhang.max * percent), shortNumber(other.level.overhang.p99 * percent),
+                          shortNumber(100 * other.level.coverage.uncovered_fraction),
                           shortNumber(100 * other.level.excess_volume_fraction)});
   return table.html();
 }
@@ -300,7 +300,8 @@ std::string assemble(const Comparison& comparison, const fs::path& folder, const
   page.addSection(
       "means", "Speed against accuracy",
       "<p>Lower left is better. The line is the Pareto front: no other dot is both faster and tighter than one on it. Small, medium and "
-      "large: quick, standard, best. Discs: published methods and other programs; squares: with the cover search.</p><div class=\"charts\">" +
+      "large: quick, standard, best. Discs: published methods and other programs; squares: with the cover search.</p><div "
+      "class=\"charts\">" +
           joined(meanCharts(comparison.means)) + "</div>\n" + meansTable(comparison.means));
   std::string missing, by_mesh;
   std::size_t left_out = 0;
