@@ -53,23 +53,41 @@ std::optional<view::Spot> worstOf(const std::vector<view::Ball>& balls, const bu
   return worst;
 }
 
-/// Adds the balls of each level, coloured by their local overhang over the mesh.
-void addOverhangs(view::Body& body, const builder::DistanceField& field, builder::Progress& progress) {
+/// Adds the balls of each level, with their local overhang over the mesh; colourOverhangs() colours them.
+void addOverhangs(view::Body& body, const builder::DistanceField& field, std::vector<std::vector<double>>& outside_of_level,
+                  builder::Progress& progress) {
   for (const std::vector<view::Ball>& level : body.levels) {
     int rounds = 1;
     while (rounds < 5 && static_cast<double>(level.size()) * 20 * std::pow(4, rounds + 1) <= kMaxTriangles) ++rounds;
     view::TintedSurface& tinted = body.overhangs.emplace_back();
     for (const view::Ball& ball : level) view::addBall(tinted.surface, {ball.x, ball.y, ball.z}, static_cast<double>(ball.radius), rounds);
-    std::vector<double> outside;
+    std::vector<double>& outside = outside_of_level.emplace_back();
     double largest = 0;
     for (const view::SurfaceCorner& corner : tinted.surface.corners) {
       if (outside.size() % 4096 == 0) progress.check();
       outside.push_back(std::max(0.0, field.signedDistance(corner.position.cast<double>())));
       largest = std::max(largest, outside.back());
     }
-    for (const double distance : outside) tinted.colours.push_back(view::heat(largest > 0 ? distance / largest : 0));
     body.overhang_max.push_back(largest);
     body.worst.push_back(worstOf(level, field));
+  }
+}
+
+/// Colours the overhang of each level, with one scale for all files.
+void colourOverhangs(Files& files) {
+  for (std::size_t level = 0, levels = 1; level < levels; ++level) {
+    double largest = 0;
+    for (const auto& file : files) {
+      levels = std::max(levels, file->outside.size());
+      if (level < file->outside.size()) largest = std::max(largest, file->stage.bodies[0].overhang_max[level]);
+    }
+    for (const auto& file : files) {
+      if (level >= file->outside.size()) continue;
+      view::Body& body = file->stage.bodies[0];
+      body.overhang_max[level] = largest;
+      for (const double distance : file->outside[level])
+        body.overhangs[level].colours.push_back(view::heat(largest > 0 ? distance / largest : 0));
+    }
   }
 }
 
@@ -85,7 +103,7 @@ void addTreeFigures(ShownFile& shown, const SphereTree& tree) {
   for (int level = 0; level < tree.levelCount(); ++level) {
     const LevelStatistics& s = tree.statistics[static_cast<std::size_t>(level)];
     const std::string bound = s.overhang_bound >= 0 ? number("%.4g mm", static_cast<double>(s.overhang_bound)) : "no bound";
-    shown.figures.push_back({"level " + std::to_string(level) + ": " + std::to_string(s.sphere_count) + " balls", bound});
+    shown.figures.push_back({"level " + std::to_string(level) + ": " + std::to_string(s.sphere_count) + " spheres", bound});
   }
   if (!tree.skin.empty()) shown.figures.push_back({"skin", std::to_string(tree.skin.triangles.size()) + " triangles"});
 }
@@ -106,7 +124,7 @@ std::unique_ptr<ShownFile> shownTree(const fs::path& path, const KnownMesh* mesh
   view::Body body = view::bodyOf(shown->title, &tree, mesh ? &mesh->mesh : nullptr, view::colourOf(shown->title, 0));
   addTreeFigures(*shown, tree);
   if (mesh) {
-    addOverhangs(body, mesh->field, progress);
+    addOverhangs(body, mesh->field, shown->outside, progress);
     addMeshFigures(*shown, mesh->mesh);
   }
   shown->stage.bodies.push_back(std::move(body));
@@ -159,6 +177,14 @@ void addComparison(Files& out, const fs::path& path, const std::string& wanted, 
     if (run.mesh == figures->name && run.isBuilt()) runs.push_back(&run);
   const auto overhang = [](const pipeline::Run* run) { return run->levels.empty() ? 0 : run->levels.back().overhang.max; };
   std::stable_sort(runs.begin(), runs.end(), [&](const pipeline::Run* a, const pipeline::Run* b) { return overhang(a) < overhang(b); });
+  std::vector<const pipeline::Run*> best;  // of each builder, without the search where there is one
+  for (const bool search : {false, true})
+    for (const pipeline::Run* run : runs) {
+      const auto isOfIt = [&](const pipeline::Run* other) { return other->method.builder.kind == run->method.builder.kind; };
+      if (run->method.builder.search == search && std::ranges::none_of(best, isOfIt)) best.push_back(run);
+    }
+  runs = std::move(best);
+  std::stable_sort(runs.begin(), runs.end(), [&](const pipeline::Run* a, const pipeline::Run* b) { return overhang(a) < overhang(b); });
   runs.resize(std::min(runs.size(), kMaxPanes - std::min(kMaxPanes, out.size())));
   for (const pipeline::Run* run : runs) {
     out.push_back(shownTree(path.parent_path() / run->tree, &mesh, progress));
@@ -210,6 +236,7 @@ Files shownFiles(const std::vector<fs::path>& files, const std::string& mesh_nam
   showMesh();
   if (out.size() > kMaxPanes)
     throw UsageError(std::to_string(out.size()) + " things to show; a window has room for " + std::to_string(kMaxPanes));
+  colourOverhangs(out);
   return out;
 }
 
