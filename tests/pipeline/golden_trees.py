@@ -19,6 +19,7 @@ PUBLISHED = ["combined", "merge", "burst", "expand", "spawn", "grid", "hubbard",
 CASES = {"molar quick": "--quality quick", "molar standard, 3 levels": "--levels 3", "molar, 0.3 mm": "--tolerance 0.3 --quality quick",
          "probe quick": "--quality quick", "probe wrapped": "--quality quick --levels 3 --repair wrap"}
 CASES |= {f"probe {builder}": f"--builder {builder} --quality quick --levels 3" for builder in PUBLISHED}
+CASES["probe merge, search"] = "--builder merge --search --quality quick --levels 3"
 
 
 def hash_of(path):

@@ -8,6 +8,11 @@ if(Python3_FOUND)
       ${CMAKE_CURRENT_BINARY_DIR}/judged_trees_${builder} ${builder})
     set_tests_properties(pipeline.judged_trees.${builder} PROPERTIES LABELS pipeline FIXTURES_REQUIRED judge SKIP_RETURN_CODE 77)
   endforeach()
+  # Published methods against the program of their authors; the whole table: tools/doc_tables.py.
+  add_test(NAME pipeline.toolkit_comparison COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_LIST_DIR}/toolkit_comparison.py
+    ${CMAKE_CURRENT_BINARY_DIR}/judge/judge $<TARGET_FILE:spheretree> ${SPHERETREE_SHARED_DIR}/meshes/toolkit
+    ${CMAKE_CURRENT_BINARY_DIR}/toolkit_comparison --builders expand,merge,spawn --meshes bunny-2000,plate)
+  set_tests_properties(pipeline.toolkit_comparison PROPERTIES LABELS pipeline FIXTURES_REQUIRED judge SKIP_RETURN_CODE 77)
   # The same bytes whatever the compiler, its options and the number of threads.
   add_test(NAME pipeline.golden_trees COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_LIST_DIR}/golden_trees.py $<TARGET_FILE:spheretree>
     $<TARGET_FILE:make_samples>)
