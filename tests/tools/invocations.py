@@ -102,7 +102,9 @@ def values():
         case(USAGE, "batch", "s.json", "-o", "out", f"--tolerance={value}")
     for words in (["--quality", "good"], ["--builder", "best"], ["--unit", "km"], ["--repair", "maybe"], ["--combine", "merge"], ["--threads", "-1"],
                   ["--branching", "9"], ["--leaves", "0"], ["--quality", "quick", "--quality", "best"], ["--tolerance"],
-                  ["--builder", "octree", "--leaves", "9"], ["--report", "out.stree"], ["--seed", "1", "--seed", "2"]):
+                  ["--builder", "octree", "--leaves", "9"], ["--search"], ["--medial-axis", "static"],
+                  ["--builder", "grid", "--medial-axis", "static"], ["--uncertified", "bare.sph"],
+                  ["--builder", "merge", "--search", "--uncertified", "bare.sph"], ["--builder", "merge", "--uncertified", "bare.txt"], ["--report", "out.stree"], ["--seed", "1", "--seed", "2"]):
         case(USAGE, "build", "m.obj", "-o", "out.stree", *words)
     for words in (["--view", "0,0,0"], ["--view", "1,2"], ["--view", "nan,0,1"], ["--mesh"], ["--level", "1"], ["--unit", "m"]):
         case(USAGE, "convert", "t.stree", "out.png", *words)
