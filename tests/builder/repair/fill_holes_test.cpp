@@ -18,12 +18,12 @@ using Eigen::Vector3d;
 using test::boxMesh;
 using test::soupOf;
 
-const Progress kProgress;
+const Progress kUnwatched;
 
 TEST(FillHoles, LeavesNoEdgeOpen) {
   std::mt19937_64 random(4);
   for (int round = 0; round < 20; ++round) {
-    RepairWork work(kProgress);
+    RepairWork work(kUnwatched);
     RepairSoup soup = soupOf(test::sphereMesh(1, 3));
     const std::size_t share = 2 + random() % 20;  // between half of the triangles and one in 21: loops that meet in vertices
     std::erase_if(soup.mesh.triangles, [&](const Triangle&) { return random() % share == 0; });
@@ -38,7 +38,7 @@ TEST(FillHoles, LeavesNoEdgeOpen) {
 }
 
 TEST(FillHoles, FromTheMiddleWhereThereAreTooManyEdges) {
-  RepairWork work(kProgress);
+  RepairWork work(kUnwatched);
   RepairSoup soup = soupOf(boxMesh({0, 0, 0}, {1, 1, 1}));
   soup.mesh.triangles.erase(soup.mesh.triangles.begin(), soup.mesh.triangles.begin() + 2);  // the bottom
   soup.source.resize(10);
@@ -60,7 +60,7 @@ TEST(FillHoles, SpansAFlatBorderByItsArea) {
   }
   pyramid.positions.emplace_back(0, 0, 3);
   for (std::uint32_t i = 0; i < kCorners; ++i) pyramid.triangles.push_back({i, (i + 1) % kCorners, kCorners});
-  RepairWork work(kProgress);
+  RepairWork work(kUnwatched);
   RepairSoup soup = soupOf(pyramid);
   const auto holes = fillHoles(soup, work);
   ASSERT_EQ(holes.size(), 1u);
@@ -77,7 +77,7 @@ TEST(FillHoles, SpansADegenerateLoopInBoundedTime) {
     for (std::uint32_t i = 0; i < corners; ++i) needle.positions.emplace_back(std::min(i, corners - i), 0, 0);
     needle.positions.emplace_back(0, 1, 0);
     for (std::uint32_t i = 0; i < corners; ++i) needle.triangles.push_back({i, (i + 1) % corners, corners});
-    RepairWork work(kProgress, 10'000'000);
+    RepairWork work(kUnwatched, 10'000'000);
     RepairSoup soup = soupOf(needle);
     const std::size_t open = findOpenEdges(soup.mesh).size();
     std::size_t added = 0;
