@@ -79,7 +79,7 @@ case_split() {
   cmp one/tooth_16.ply patient/tooth_16.ply || fail "a tooth depends on the other jaw"
   # Inputs that do not match are refused, and nothing is written.
   expect 4 split scans/lower.obj --labels scans/upper.json -o x
-  says "labels for" err
+  says "labels, and the scan has" err
   sed 's/"labels": \[0/"labels": [-1/;s/"labels": \[\([1-9]\)/"labels": [-\1/' scans/upper.json >bad.json
   expect 4 split scans/upper.obj --labels bad.json -o x
   says "labels\[0\]" err

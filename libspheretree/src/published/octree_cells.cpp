@@ -36,10 +36,8 @@ std::array<Polygon, 2> cut(const Polygon& piece, int axis, double at) {
 
 OctreeCell rootCell(const TriangleMesh& mesh, const DistanceField& field) {
   OctreeCell root;
-  // Wider by a millionth: a face in the middle of the mesh then lies beside the plane that halves the cube, on the same
-  // side in every pose, however the pose is rounded.
-  const Vector3d side = Vector3d::Constant(field.box().sizes().maxCoeff()), margin = 1e-6 * side;
-  root.box = Eigen::AlignedBox3d(field.box().min() - margin / 3, field.box().min() + side + margin);
+  const Vector3d half = Vector3d::Constant(0.5 * field.box().sizes().maxCoeff());
+  root.box = Eigen::AlignedBox3d(field.box().center() - half, field.box().center() + half);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) root.pieces.push_back({mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)});
   return root;
 }

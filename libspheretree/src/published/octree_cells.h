@@ -21,7 +21,7 @@ struct OctreeCell {
   std::uint32_t parent = kNoParent;
 };
 
-/// The cube at the lowest corner of the bounding box, as wide as its longest side, with all triangles of the mesh.
+/// The cube about the middle of the bounding box, as wide as its longest side, with all triangles of the mesh.
 OctreeCell rootCell(const TriangleMesh& mesh, const DistanceField& field);
 
 /// The halves that contain any piece. `axis`: 0 to 2, across which the box is halved; pieces are cut there, and both

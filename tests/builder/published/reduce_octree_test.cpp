@@ -47,19 +47,19 @@ TEST(ReduceOctree, EveryLevelCoversByItself) {
   }
 }
 
-// A plate of one cell: each level has one layer of cubes, whose balls reach out as far as those of a cube on a plane.
-TEST(ReduceOctree, CubesStandOnTheLowestCorner) {
+// A plate in the middle of the cube: each level has two layers of cubes, above and below the middle of the plate.
+TEST(ReduceOctree, TheCubeIsAboutTheMiddle) {
   const TriangleMesh mesh = test::boxMesh({5, 5, 5}, {6, 6, 5.01});
   const DistanceField field(mesh);
   Progress progress;
   const LevelBalls tree = buildOctree(mesh, field, {}, progress);
-  const std::size_t counts[] = {1, 4, 16, 64};
+  const std::size_t counts[] = {1, 8, 32, 128};
   for (std::size_t level = 0; level < 4; ++level) {
     EXPECT_EQ(tree.balls[level].size(), counts[level]);
     const double half = 0.5 * std::pow(0.5, static_cast<double>(level));
     for (const Ball& b : tree.balls[level]) {
       EXPECT_NEAR(b.radius, std::sqrt(3) * half, 1e-9);
-      EXPECT_NEAR(b.centre.z(), 5 + half, 1e-9);
+      EXPECT_NEAR(std::abs(b.centre.z() - 5.005), level == 0 ? 0 : half, 1e-9);
     }
   }
 }
