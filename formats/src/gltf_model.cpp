@@ -5,7 +5,6 @@
 #include <initializer_list>
 #include <limits>
 #include <map>
-#include <ranges>
 #include <set>
 #include <string_view>
 
@@ -210,8 +209,8 @@ class GltfDocument : private GltfJson {
         if (all[k] != 0) moving_targets_.insert(k);
     };
     addWeights(model_.meshes[index].weights);
-    for (const auto& [k, node] : std::ranges::subrange(weighted_nodes_.lower_bound(index), weighted_nodes_.upper_bound(index)))
-      addWeights(model_.nodes[node].weights);
+    const auto [first, last] = weighted_nodes_.equal_range(index);
+    for (auto at = first; at != last; ++at) addWeights(model_.nodes[at->second].weights);
     const Json* primitives = find(mesh, "primitives");
     if (!primitives || !primitives->is_array()) refuse(where, "has no array \"primitives\"");
     spend(primitives->size());
