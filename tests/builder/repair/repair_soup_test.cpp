@@ -149,10 +149,7 @@ TEST(StitchCracks, StaysWithinItsBounds) {
     mesh.triangles.push_back({first + 1, first, first + 2});
   }
   const std::size_t read = mesh.triangles.size();
-  RepairSoup free = soupOf(mesh);
   RepairWork work(kProgress);
-  stitchCracks(free, read, 1'000'000, work);
-  ASSERT_GT(free.mesh.triangles.size(), 4 * read);
   RepairSoup bounded = soupOf(mesh);
   stitchCracks(bounded, read, 4 * read, work);
   EXPECT_LE(bounded.mesh.triangles.size(), 4 * read);
