@@ -49,8 +49,8 @@ class DividedTriangle {
     }
     const auto ends = [](const TriangleCut& cut) { return std::pair(cut.from, cut.to); };
     std::ranges::stable_sort(cuts_, {}, ends);
-    const auto repeated = std::ranges::unique(cuts_, {}, ends);
-    cuts_.erase(repeated.begin(), repeated.end());
+    cuts_.erase(std::unique(cuts_.begin(), cuts_.end(), [&](const TriangleCut& a, const TriangleCut& b) { return ends(a) == ends(b); }),
+                cuts_.end());
   }
 
   /// Finds the points where two cuts cross. Returns false if there are more than `max_points` in all.
