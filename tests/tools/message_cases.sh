@@ -232,7 +232,7 @@ case_lists() {
     [ -s first ] || cp figures first
     cmp -s figures first || fail "$list has other figures: $(cat out)"
   done
-  printf 'x,y,z,radius\n5000,5000,0,8000\n' >work/bare.csv
+  printf 'x,y,z,radius\n5,5,0,8\n' >work/bare.csv
   expect 0 evaluate mesh.obj work/bare.csv --no-limits --spheres-unit m
   says "times as large as the mesh: --spheres-unit mm makes them fit" err
   printf 'x,y,z\n1,2,3\n' >work/bad.csv

@@ -5,7 +5,7 @@ case_compare() {
   write_torus a.obj 12
   write_tetrahedron b.obj
   expect 0 compare a.obj b.obj -o work/c --builders cover,octree --qualities quick,standard --levels 2
-  says '^cover     quick ' out
+  says '^cover            quick ' out
   for file in compare.csv compare.json comparison.svg a.svg b.svg index.html trees/a.cover.quick.stree runs/b.octree.standard.json; do
     [ -s work/c/$file ] || fail "no $file"
   done
@@ -27,7 +27,7 @@ case_compare() {
   expect 3 compare a.obj -o file
   # An input named twice runs once and has its mean.
   expect 0 compare b.obj -o work/t --builders cover,cover --qualities quick,quick --levels 2
-  [ "$(grep -c '^cover     quick ' out)" -eq 1 ] || fail "not one mean for a builder that is named twice"
+  [ "$(grep -c '^cover            quick ' out)" -eq 1 ] || fail "not one mean for a builder that is named twice"
   # The table of stability, which is continued like the runs.
   expect 0 compare b.obj -o work/s --builders octree --levels 2
   grep -q 'Stability' work/s/index.html && fail "a table that was not asked for"
