@@ -17,7 +17,7 @@ def tree():
 @pytest.fixture(scope="module")
 def uneven():
     """A tree with leaves that end before the last level."""
-    tree = spheretree.build(*ellipsoid((20, 3, 2)), quality="quick", builder="octree")
+    tree = spheretree.build(*ellipsoid((20, 3, 2)), quality="quick", builder="merge", tolerance=0.5)
     begin = tree.level_begin
     assert (tree.child_count[:begin[-2]] == 0).any()
     return tree
