@@ -3,7 +3,8 @@
 """repair_bounds.py SPHERETREE: bodies that nearly coincide are repaired within bounds of time, memory and size, and an
 interrupt ends every verb at any moment.
 
-Processor time is printed and decides nothing; the answer to an interrupt is measured by the clock. With SPHERETREE_LONG=1 every kind is tried with every offset. """
+Processor time is printed and decides nothing; the answer to an interrupt is measured by the clock. With
+SPHERETREE_LONG=1 every kind is tried with every offset. """
 import json
 import os
 import signal

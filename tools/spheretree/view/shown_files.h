@@ -25,8 +25,8 @@ struct ShownFile {
 
 /// The stages to show, one for each pane. If FILES has a mesh followed by trees, the mesh is shown beside each tree,
 /// and the overhang of the balls is measured against it. A scene is shown with its poses. A comparison (its folder or
-/// compare.json) is shown as the trees of one mesh (`mesh`, or the first one): the best tree of each builder, without the
-/// search where there is one, the smallest overhang first. Colours of the overhang have one scale for all panes.
+/// compare.json) is shown as the trees of one mesh (`mesh`, or the first one): the best tree of each builder, without
+/// the search where there is one, the smallest overhang first. Colours of the overhang have one scale for all panes.
 /// `unit_mm`: one unit of a mesh without a unit.
 /// @throws UsageError for more than kMaxPanes; the exceptions of the readers
 std::vector<std::unique_ptr<ShownFile>> shownFiles(const std::vector<std::filesystem::path>& files, const std::string& mesh, double unit_mm,
