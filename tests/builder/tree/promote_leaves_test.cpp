@@ -75,8 +75,9 @@ TEST(PromoteLeaves, TreesForAToleranceEndWhereAPartIsGoodEnough) {
     SCOPED_TRACE(name(kind));
     BuildSettings settings;
     settings.builder = kind;
+    settings.search = kind != BuilderKind::Cover;
     settings.quality = Quality::Quick;
-    settings.tolerance_mm = kind == BuilderKind::Octree ? 1 : 0.2;
+    settings.tolerance_mm = 0.2;
     Progress progress;
     const SphereTree tree = buildSphereTree(mesh, settings, progress).tree;
     EXPECT_EQ(findFault(tree), "");
