@@ -107,7 +107,7 @@ class PatchCheck {
   using Vector4f = Eigen::Vector4f;
   static Vector4f padded(const Vector3f& p) { return {p.x(), p.y(), p.z(), 0}; }
 
-  bool enclosesExactly(const Sphere& sphere, const SkinTriangle& t) const {
+  [[gnu::cold]] bool enclosesExactly(const Sphere& sphere, const SkinTriangle& t) const {  // small code: it runs rarely
     const Vector3d centre(double{sphere.x}, double{sphere.y}, double{sphere.z});
     const double square = double{sphere.radius} * double{sphere.radius};  // of a float: exact
     const auto holds = [&](const Vector3d& p) {
