@@ -37,6 +37,13 @@ std::vector<std::uint32_t> standIns(const std::vector<Sphere>& spheres, const st
   return leaf;
 }
 
+// How many spheres a level has once each level above has enough parents for the one below (hierarchy.h).
+std::size_t grownCount(const std::vector<std::vector<Sphere>>& levels, std::size_t level, std::size_t full) {
+  std::size_t count = 0;
+  for (std::size_t below = levels.size(); below-- > level;) count = std::max(levels[below].size(), (count + full - 1) / full);
+  return count;
+}
+
 }  // namespace
 
 std::vector<std::size_t> promoteLeaves(const TriangleMesh& mesh, const Eigen::Vector3d& origin, int branching, std::uint64_t seed,
@@ -48,7 +55,8 @@ std::vector<std::size_t> promoteLeaves(const TriangleMesh& mesh, const Eigen::Ve
   for (std::size_t level = 1; level + 1 < levels.size(); ++level) {
     std::vector<Sphere>&own = levels[level], &leaves = levels.back();
     // A sphere that becomes a leaf removes the capacity for its children, and just above the leaves one child, too.
-    const std::size_t room = own.size() * full, children = levels[level + 1].size(), takes = level + 2 == levels.size() ? full - 1 : full;
+    const std::size_t room = own.size() * full, children = grownCount(levels, level + 1, full),
+                      takes = level + 2 == levels.size() ? full - 1 : full;
     const std::size_t largest = std::min({room > children ? (room - children) / takes : 0, own.size() - 1, leaves.size() - 1});
     if (largest == 0) continue;
     std::vector<std::uint32_t> leaf = standIns(own, leaves);
