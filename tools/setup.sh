@@ -17,6 +17,7 @@ packages=(
   libmeshoptimizer-dev libdraco-dev # formats: compressed glTF
   libcli11-dev libpng-dev # program: command line, pictures
   zlib1g-dev libjs-three  # program: pages
+  librsvg2-bin            # program: charts as PDF
   libtinyxml2-dev libyaml-cpp-dev # program: robots
   libglfw3-dev libimgui-dev # view: window, panels
   libegl-dev              # view: pictures without a display

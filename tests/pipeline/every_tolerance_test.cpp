@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Any tolerance and any number of leaves end with a sound tree, or with a reason in a BuildError: on shapes whose coarse
-// levels are as good as their leaves, or nearly so, too. SPHERETREE_LONG=1: every case (a quarter of an hour) in
+// Any tolerance and any number of leaves end with a sound tree, or with a reason in a BuildError: on shapes whose
+// coarse levels are as good as their leaves, or nearly so, too. SPHERETREE_LONG=1: every case (a quarter of an hour) in
 // place of a few.
 #include <gtest/gtest.h>
 

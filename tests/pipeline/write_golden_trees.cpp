@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// write_golden_trees FOLDER: trees of the sample meshes in it, whose bytes golden_trees.py compares with its record. Each tree is built on
-// one and on two threads. A program of few libraries, so that a lane with other options or another compiler compiles a third of what the
-// command line needs.
+// write_golden_trees FOLDER: trees of the sample meshes in it, whose bytes golden_trees.py compares with its record.
+// Each tree is built on one and on two threads. A program of few libraries, so that a lane with other options or
+// another compiler compiles a third of what the command line needs.
 #include <cstdio>
 #include <exception>
 #include <filesystem>

@@ -8,6 +8,7 @@
 #include <random>
 #include <regex>
 #include <string_view>
+#include <vector>
 
 namespace spheretree::tool {
 namespace {
@@ -142,6 +143,15 @@ TEST(Chart, NamesFromOutsideAreEscaped) {
   EXPECT_EQ(escaped("<a href=\"x\">&"), "&lt;a href=&quot;x&quot;&gt;&amp;");
   const std::string svg = scatterSvg({"<script>", "x", "y", {{1, 1, "<b>", "<i>", 1, false}}, {}});
   for (const char* tag : {"<script", "<b>", "<i>"}) EXPECT_EQ(svg.find(tag), std::string::npos) << tag;
+}
+
+// Programs for papers (Inkscape, rsvg-convert, LaTeX) know no variables of CSS, and draw them black.
+TEST(Chart, AFileHasPlainColours) {
+  const std::string file = svgFile("Heading", std::vector<std::string>{});
+  EXPECT_EQ(countOf(file, "--"), 0u);
+  EXPECT_EQ(countOf(file, "@media"), 0u);
+  EXPECT_EQ(countOf(file, ".cb{fill:#fff}"), 1u);
+  EXPECT_EQ(countOf(file, ".n3{fill:#7a4fb3}"), 1u);
 }
 
 }  // namespace

@@ -163,8 +163,8 @@ def folder_outputs(template):
     inputs = ["mine.scene.json", "m.obj", "m.gltf", "m.bin", "held.stree", "path.csv"]
     batch = ["batch", "mine.scene.json", "-o", "out", "--chart", "--trajectory", "path.csv"]
     comparison = ["compare", "m.obj", "-o", "out", "--builders", "cover", "--qualities", "quick", "--levels", 2]
-    written = ["compare.csv", "compare.json", "index.html", "comparison.svg", "m.svg", "trees/m.cover.quick.stree", "runs/m.json",
-               "runs/m.cover.quick.json"]
+    written = ["compare.csv", "compare.json", "index.html", "comparison.svg", "comparison.pdf", "m.svg", "m.pdf",
+               "trees/m.cover.quick.stree", "runs/m.json", "runs/m.cover.quick.json"]
     robot = ["robot", "r.urdf", "-o", "out", "--budget", 4, "--quality", "quick"]
     cohort = ["batch", "--cohort", "list.jsonl", "-o", "out"]
     cases = [("robot", robot, ["r.urdf", "m.obj"], ["r.urdf", "r.srdf", "r.xrdf", "r.curobo.yml", "foam/a.json", "morphit/a.json"]),

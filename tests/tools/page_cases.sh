@@ -6,7 +6,7 @@ case_compare() {
   write_tetrahedron b.obj
   expect 0 compare a.obj b.obj -o work/c --builders cover,octree --qualities quick,standard --levels 2
   says '^cover            quick ' out
-  for file in compare.csv compare.json comparison.svg a.svg b.svg index.html trees/a.cover.quick.stree runs/b.octree.standard.json; do
+  for file in compare.csv compare.json comparison.svg comparison.pdf a.svg a.pdf b.svg index.html trees/a.cover.quick.stree runs/b.octree.standard.json; do
     [ -s work/c/$file ] || fail "no $file"
   done
   [ "$(ls work/c/trees | wc -l)" -eq 6 ] || fail "not 2 meshes x (2 qualities of cover + the octree)"

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "pipeline/tissue/run_tetrahedra.h"
 
-#include <fcntl.h>
-#include <signal.h>
-#include <spawn.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <charconv>
 #include <chrono>
@@ -13,11 +9,9 @@
 #include <system_error>
 #include <thread>
 
+#include "child_process.h"
 #include "spheretree/builder/build_settings.h"
-#include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
-
-extern char** environ;  // NOLINT: no POSIX header declares it
 
 namespace spheretree::pipeline {
 namespace {
@@ -27,69 +21,6 @@ using builder::BuildError;
 
 constexpr std::chrono::milliseconds kPoll{5};                // interval between two checks of the child
 constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 30;  // limit of its output
-
-/// A folder of our own below the system's folder for temporary files; it is removed with its content at the end.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string name = (fs::temp_directory_path() / "spheretree-tetrahedra-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr)
-      throw formats::FileError(name + ": no temporary folder can be made: " + std::system_category().message(errno));
-    path_ = name;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  fs::path operator/(const char* name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
-
-/// A running child; it is killed if the object is destroyed before it ends.
-class Child {
- public:
-  Child(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& messages) {
-    std::vector<char*> argv{const_cast<char*>(program.c_str())};
-    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-    argv.push_back(nullptr);
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-    posix_spawn_file_actions_addopen(&files, STDERR_FILENO, messages.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);  // Ctrl-C reaches this program, which ends the child
-    const int fault = ::posix_spawnp(&process_, program.c_str(), &files, &attributes, argv.data(), environ);
-    posix_spawn_file_actions_destroy(&files);
-    posix_spawnattr_destroy(&attributes);
-    if (fault != 0) {
-      process_ = -1;
-      throw BuildError("soft tissue needs the program " + program.string() + ", which cannot be run (" +
-                       std::system_category().message(fault) + "). It is built where TetGen is installed (Debian: libtet1.5-dev)");
-    }
-  }
-  ~Child() {
-    if (process_ > 0 && !has_ended_) ::kill(process_, SIGKILL), ::waitpid(process_, nullptr, 0);
-  }
-  Child(const Child&) = delete;
-  Child& operator=(const Child&) = delete;
-
-  bool hasEnded() {
-    if (!has_ended_) has_ended_ = ::waitpid(process_, &status_, WNOHANG) == process_;
-    return has_ended_;
-  }
-  int status() const { return status_; }
-
- private:
-  pid_t process_ = -1;
-  int status_ = 0;
-  bool has_ended_ = false;
-};
 
 std::string surfaceText(const TriangleMesh& surface) {
   std::string text = std::to_string(surface.positions.size()) + " " + std::to_string(surface.triangles.size()) + "\n";
@@ -158,11 +89,23 @@ fs::path tetrahedraProgram() {
   return !none && fs::exists(beside, none) ? beside : fs::path("spheretree-tetrahedra");
 }
 
+namespace {
+
+// The child, started. @throws BuildError if it is not installed.
+tool::ChildProcess start(const std::vector<std::string>& arguments, const fs::path& messages) try {
+  return {tetrahedraProgram(), arguments, messages};
+} catch (const std::system_error& error) {
+  throw BuildError("soft tissue needs the program " + tetrahedraProgram().string() + ", which cannot be run (" + error.code().message() +
+                   "). It is built where TetGen is installed (Debian: libtet1.5-dev)");
+}
+
+}  // namespace
+
 TetrahedronList runTetrahedra(const TriangleMesh& surface, double max_volume, double seconds, builder::Progress& progress) {
-  const ScratchFolder folder;
+  const tool::ScratchFolder folder;
   const fs::path in = folder / "surface.txt", out = folder / "tetrahedra.txt", messages = folder / "messages.txt";
   formats::writeWhole(in, surfaceText(surface), formats::FileRole::Working);
-  Child child(tetrahedraProgram(), {in.string(), out.string(), std::to_string(max_volume)}, messages);
+  tool::ChildProcess child = start({in.string(), out.string(), std::to_string(max_volume)}, messages);
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   while (!child.hasEnded()) {
     progress.check();

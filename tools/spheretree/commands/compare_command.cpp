@@ -131,8 +131,11 @@ void addSpheres(const CompareOptions& options, std::vector<ComparedMesh>& meshes
 /// Declares what this command writes in addition to pipeline::runComparison().
 void declareOutputs(const CompareOptions& options, const std::vector<ComparedMesh>& meshes, const RunFiles& files) {
   const fs::path& folder = options.settings.folder;
-  for (const char* name : {"comparison.svg", "index.html"}) files.willWrite(folder / name);
-  for (const ComparedMesh& mesh : meshes) files.willWrite(folder / (mesh.name + ".svg"));
+  files.willWrite(folder / "index.html");
+  for (const char* ending : {".svg", ".pdf"}) {
+    files.willWrite(folder / (std::string("comparison") + ending));
+    for (const ComparedMesh& mesh : meshes) files.willWrite(folder / (mesh.name + ending));
+  }
 }
 
 void printMeans(const std::vector<MeanFigures>& means) {
@@ -165,7 +168,7 @@ int compare(CompareOptions options, bool quiet, builder::Progress& progress) {
   const Comparison comparison = pipeline::runComparison(meshes, options.settings, progress);
   const std::string page = comparisonPage(comparison, folder, kMaxPageBytes, progress);
   progress.check();
-  writeComparisonCharts(comparison, folder);
+  if (const std::string missing = writeComparisonCharts(comparison, folder); !missing.empty()) say("spheretree: " + missing);
   formats::writeWhole(folder / "index.html", page);
 
   printMeans(comparison.means);

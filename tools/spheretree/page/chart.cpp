@@ -431,12 +431,32 @@ std::string traceSvg(const TraceChart& chart) {
   return wrapped(kTraceWidth, kTraceHeight, chart.title, out);
 }
 
+namespace {
+
+// The style of the charts in its light colours, without variables, which many programs for drawings do not know, and
+// without the size on a page.
+std::string plainStyle() {
+  std::string style(chartStyle());
+  const std::size_t dark = style.find("@media");
+  style.erase(dark, style.find("}}", dark) + 2 - dark);
+  constexpr std::string_view kSize = "max-width:100%;height:auto;";
+  style.erase(style.find(kSize), kSize.size());
+  while (true) {
+    const std::size_t name = style.find("--"), colon = style.find(':', name), end = style.find(';', name);
+    if (name == std::string::npos || style[name - 1] == '(') return style;
+    const std::string use = "var(" + style.substr(name, colon - name) + ")", colour = style.substr(colon + 1, end - colon - 1);
+    style.erase(name, end + 1 - name);
+    for (std::size_t at = style.find(use); at != std::string::npos; at = style.find(use, at)) style.replace(at, use.size(), colour);
+  }
+}
+
+}  // namespace
+
 std::string svgFile(const std::string& heading, std::span<const std::string> charts) {
   const double width = kWidth * static_cast<double>(charts.size()), height = kHeight + 34;
   std::string out = "<svg class=\"chart\" xmlns=\"http://www.w3.org/2000/svg\" width=\"" + px(width) + "\" height=\"" + px(height) +
                     "\" viewBox=\"0 0 " + px(width) + " " + px(height) + "\">\n<title>" + escaped(heading) + "</title>\n<style>" +
-                    std::string(chartStyle()) + "</style>\n<rect class=\"cb\" width=\"100%\" height=\"100%\"/>\n" +
-                    text("ch", 16, 24, "start", heading);
+                    plainStyle() + "</style>\n<rect class=\"cb\" width=\"100%\" height=\"100%\"/>\n" + text("ch", 16, 24, "start", heading);
   for (std::size_t i = 0; i < charts.size(); ++i)
     out += "<g transform=\"translate(" + px(kWidth * static_cast<double>(i)) + " 34)\">" + charts[i] + "</g>\n";
   return out + "</svg>\n";

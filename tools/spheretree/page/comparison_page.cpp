@@ -3,9 +3,13 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <optional>
+#include <system_error>
+#include <thread>
 
+#include "child_process.h"
 #include "page/chart.h"
 #include "page/embedded.h"
 #include "page/model.h"
@@ -346,14 +350,34 @@ std::string assemble(const Comparison& comparison, const fs::path& folder, const
   return page.html(std::array{embedded::viewScript(), embedded::compareScript()});
 }
 
+// Writes the chart as SVG and, by rsvg-convert, as PDF. Returns why there is no PDF.
+std::string writeChart(const fs::path& stem, const std::string& svg) {
+  formats::writeWhole(stem.string() + ".svg", svg);
+  const ScratchFolder scratch;
+  const fs::path in = scratch / "chart.svg", out = scratch / "chart.pdf", messages = scratch / "messages.txt";
+  formats::writeWhole(in, svg, formats::FileRole::Working);
+  try {
+    // The environment says what date the PDF names: the same charts are the same bytes.
+    ChildProcess child("env", {"SOURCE_DATE_EPOCH=0", "rsvg-convert", "--format=pdf", "--output=" + out.string(), in.string()}, messages);
+    while (!child.hasEnded()) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    if (child.status() != 0) return "no charts as PDF: rsvg-convert (Debian: librsvg2-bin) is not installed or fails";
+  } catch (const std::system_error& error) {
+    return std::string("no charts as PDF: ") + error.what();
+  }
+  constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 26;
+  formats::writeWhole(stem.string() + ".pdf", formats::readFile(out, kMaxBytes, formats::FileRole::Working));
+  return {};
+}
+
 }  // namespace
 
-void writeComparisonCharts(const Comparison& comparison, const fs::path& folder) {
+std::string writeComparisonCharts(const Comparison& comparison, const fs::path& folder) {
   const std::size_t count = comparison.meshes.size();
   const std::string means = count == 1 ? comparison.meshes[0].name : "Geometric means over " + std::to_string(count) + " meshes";
-  formats::writeWhole(folder / "comparison.svg", svgFile(means, meanCharts(comparison.means)));
+  std::string missing = writeChart(folder / "comparison", svgFile(means, meanCharts(comparison.means)));
   for (const MeshFigures& mesh : comparison.meshes)
-    formats::writeWhole(folder / (mesh.name + ".svg"), svgFile(mesh.name, meshCharts(comparison, mesh)));
+    missing = writeChart(folder / mesh.name, svgFile(mesh.name, meshCharts(comparison, mesh)));
+  return missing;
 }
 
 std::string comparisonPage(const Comparison& comparison, const fs::path& folder, std::size_t max_bytes, builder::Progress& progress) {
