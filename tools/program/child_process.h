@@ -28,8 +28,8 @@ class ScratchFolder {
 /// group of its own: Ctrl-C reaches this program, which ends the child.
 class ChildProcess {
  public:
-  /// Starts `program`, from PATH unless it names a folder; what it writes to standard error goes to the file `messages`.
-  /// @throws std::system_error if it cannot be run.
+  /// Starts `program`, from PATH unless it names a folder; what it writes to standard error goes to the file
+  /// `messages`. @throws std::system_error if it cannot be run.
   ChildProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments, const std::filesystem::path& messages);
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
