@@ -58,6 +58,7 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
   pairs = std::vector<std::uint32_t>(capacity);
   runs.reserve(count);
   if (any_skin) {
+    part_settled = std::vector<char>(scene.tool_part_count);
     felt_pairs = std::vector<std::uint32_t>(capacity);
     felt_runs.reserve(count);
   }
