@@ -70,7 +70,7 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
   active_rubbing.fill(Eigen::Vector3d::Zero());
   if (scene.has_friction || scene.has_soft) contact_qp = std::make_unique<ContactQp>();
   if (!scene.has_soft) return;
-  for (auto* list : {&give, &give_from, &give_to}) *list = std::vector<double>(count);
+  for (auto* list : {&give, &give_before, &give_from, &give_to}) *list = std::vector<double>(count);
   soft_b = std::vector<float>(row_stride);
 }
 

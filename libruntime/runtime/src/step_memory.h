@@ -81,7 +81,7 @@ struct StepMemory {
   std::uint8_t active_count = 0;
   std::array<double, kMaxContacts> active_multiplier{};        // multipliers of these rows
   std::array<Eigen::Vector3d, kMaxContacts> active_rubbing{};  // friction force, divided by the stiffness of the pull [mm]
-  std::vector<double> give, give_from, give_to;                // (object) how far it yields: now, and from and to in the next piece [mm]
+  std::vector<double> give, give_before, give_from, give_to;   // (object) how far it yields: now, and from and to in the next piece [mm]
   std::vector<float> soft_b;                                   // (row) b, for objects that yield
   std::unique_ptr<SoftTissue> tissue;                          // null if the scene has no tissue
   double depth = 0;                                            // penetration of the tool at the end of the last step [mm]
