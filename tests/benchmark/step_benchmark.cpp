@@ -3,7 +3,8 @@
 // have a skin of 2,048 triangles. In the mode of the paper, and in constrained mode on the leaves and on the skins, at
 // the same poses. Paced: one step each millisecond, as a servo loop runs (it sleeps in between, as the player does, and
 // does not spin: caches and predictors go cold), each with a pose that was not seen before. Time on the clock, from
-// call to return; steps in which the system took the processor away are left out and counted. Usage: step_benchmark
+// call to return; steps in which the system took the processor away are left out and counted. In the end the longest of
+// many steps of each kind: the first, after a reset, after a jump of the hand, in contact, free. Usage: step_benchmark
 // [STEPS] [TREE_DIR]   TREE_DIR: probe.stree, tooth.stree, ... made by `spheretree` in place of the built-in shapes.
 #include <sys/resource.h>
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <span>
 #include <string>
 #include <thread>
@@ -147,6 +149,38 @@ void run(const char* name, const Scene& scene, const std::vector<Configuration>&
               tool::quantile(micros, 1), penetration, faults, interrupted);
 }
 
+// The longest of all steps of a kind, with the largest work of any: a hand that goes on, and in between a new
+// workspace, a reset, a jump of the hand.
+void printLongest(const Scene& scene, const std::vector<Configuration>& poses, int steps) {
+  enum Kind { kFirst, kAfterReset, kAfterJump, kInContact, kFree };
+  struct {
+    const char* name;
+    std::uint32_t count = 0, work = 0;
+    double micros = 0;
+  } kinds[] = {{"first"}, {"after a reset"}, {"after a jump"}, {"in contact"}, {"free"}};
+  auto workspace = std::make_unique<Workspace>(scene);
+  std::size_t at = 0;
+  for (int n = 0; n < steps; ++n) {
+    Kind kind = n == 0 ? kFirst : kFree;
+    at = (at + 1) % poses.size();
+    if (n % 1000 == 0) workspace = std::make_unique<Workspace>(scene), kind = kFirst;
+    if (n % 100 == 25) reset(*workspace), kind = kAfterReset;
+    if (n % 100 == 50) at = (at + 500) % poses.size(), kind = kAfterJump;
+    Configuration pose = poses[at];
+    if (n % 100 >= 75) pose.position.z() += 40;
+    const long before = interruptions();
+    const auto start = Clock::now();
+    const StepResult r = step(scene, pose, Mode::Constrained, *workspace);
+    const double micros = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
+    if (kind == kFree && r.active > 0) kind = kInContact;
+    ++kinds[kind].count;
+    kinds[kind].work = std::max(kinds[kind].work, r.work);
+    if (interruptions() == before) kinds[kind].micros = std::max(kinds[kind].micros, micros);
+  }
+  std::printf("\n%-24s %8s %10s %10s\n", "longest, on the skins", "steps", "most work", "max us");
+  for (const auto& kind : kinds) std::printf("%-24s %8u %10u %10.1f\n", kind.name, kind.count, kind.work, kind.micros);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -165,5 +199,6 @@ int main(int argc, char** argv) {
       run(("leaves " + count).c_str(), leaves, poses, Mode::Constrained, paced);
       run(("skin " + count).c_str(), skins, poses, Mode::Constrained, paced);
     }
+  printLongest(skins, posesWith(leaves, 2000, steps), 50 * steps);
   return 0;
 }

@@ -123,5 +123,63 @@ TEST(Inside, AnOpenSheetHoldsFromBothSides) {
   }
 }
 
+// The solid angle of each triangle, in units of that of the sphere.
+double windingOfAll(const CompiledSkin& skin, const Vector3d& point) {
+  double sum = 0;
+  for (const CompiledPatch& patch : skin.patch) {
+    Vector3d v[3];
+    for (int k = 0; k < 3; ++k) v[k] = Eigen::Map<const Eigen::Vector3f>(patch.position[k]).cast<double>() - point;
+    const double a = v[0].norm(), b = v[1].norm(), c = v[2].norm();
+    sum += std::atan2(v[0].dot(v[1].cross(v[2])), a * b * c + v[0].dot(v[1]) * c + v[1].dot(v[2]) * a + v[2].dot(v[0]) * b);
+  }
+  return sum / (2 * M_PI);
+}
+
+TEST(Inside, TheWindingNumberIsThatOfAllTriangles) {
+  Random random(5);
+  for (const Skin& skin : {test::roundSkin(2), test::roundSkin(5), test::boxSkin({9, 4, 2}), test::gridSkin(24)}) {
+    const CompiledSkin compiled = compileSkin(skin, Vector3d::Zero());
+    for (int n = 0; n < 2000; ++n) {
+      const Vector3d point = test::randomPoint(random, n % 2 == 0 ? 6 : 25);
+      std::uint32_t work = 0;
+      ASSERT_NEAR(windingNumber(compiled, point, work), windingOfAll(compiled, point), 0.05) << point.transpose();
+      ASSERT_LE(work, 1000u) << "for " << compiled.patch.size() << " triangles";
+    }
+  }
+}
+
+// The side is determined in the first step, after a reset, and after an object has jumped: that is work of the step.
+TEST(Inside, TheWorkThatFindsTheSideIsLimited) {
+  for (const bool is_connected : {true, false}) {
+    SceneDescription d;
+    std::vector<Sphere> balls;
+    for (int i = 0; i < 512; ++i) balls.push_back(test::ball(0.5 * (i % 8), 0.5 * (i / 8 % 8), 0.5 * (i / 64), is_connected ? 0.6 : 0.2));
+    d.tool = test::withSearch(test::treeOfBalls(std::move(balls)));
+    d.reference_point = {2, 2, 2};
+    d.step_limits.max_work = 20'000;
+    const SharedTree object(test::withSkin(test::oneBallTree(11), test::roundSkin(4, 10)));
+    for (int i = 0; i < 3; ++i) d.objects.push_back({object, {{3.0 * i, 0, 0}, kUpright}});
+    Scene scene;
+    std::string fault;
+    ASSERT_TRUE(compileScene(d, scene, fault)) << fault;
+    EXPECT_EQ(scene.compiled().tool_part_count, is_connected ? 1u : 512u);
+    Workspace workspace(scene);
+    const auto atMost = [&](const char* when, const Vector3d& at) {
+      const StepResult r = step(scene, {at, kUpright}, Mode::Constrained, workspace);
+      EXPECT_LE(r.work, is_connected ? 20'000u : 20'000u + 6'000u) << when;
+      EXPECT_GT(r.work, 0u);
+    };
+    atMost("first step", {3, 0, 0});
+    EXPECT_FALSE(workspace.memory().feelsSkin(1)) << "inside";
+    reset(workspace);
+    atMost("after a reset", {3, 0.1, 0});
+    atMost("after a jump of the hand", {-300, 0, 0});
+    resetTo({{3, 0, 0}, kUpright}, workspace);
+    atMost("after a reset to a pose", {3, 0, 0});
+    ASSERT_TRUE(moveObject(0, {{3, 1, 0}, kUpright}, workspace));
+    atMost("after a jump of an object", {3, 0, 0});
+  }
+}
+
 }  // namespace
 }  // namespace spheretree::runtime

@@ -7,6 +7,7 @@
 
 #include "compiled_scene.h"
 #include "soft_tissue.h"
+#include "spheretree/runtime/step.h"
 
 namespace spheretree::runtime {
 namespace {
@@ -133,6 +134,38 @@ std::string compileTool(const SceneDescription& d, CompiledScene& out) {
   return {};
 }
 
+// The connected parts of the tool, from its leaves. Leaves are connected if they overlap by more than `least`.
+// out.tool_parts: (slot) the part of a leaf.
+void findToolParts(double least, CompiledScene& out) {
+  std::vector<std::uint32_t> leaves, root(out.tool.spheres.size());
+  for (std::uint32_t slot = 0; slot < root.size(); ++slot) {
+    root[slot] = slot;
+    if (out.tool.item[slot] != kNoItem) leaves.push_back(slot);
+  }
+  const auto rootOf = [&](std::uint32_t slot) {
+    while (root[slot] != slot) slot = root[slot] = root[root[slot]];
+    return slot;
+  };
+  const auto& spheres = out.tool.spheres;
+  const auto begin = [&](std::uint32_t slot) { return spheres[slot].x - spheres[slot].radius; };
+  std::sort(leaves.begin(), leaves.end(), [&](std::uint32_t a, std::uint32_t b) { return begin(a) < begin(b); });
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    const Sphere& a = spheres[leaves[i]];
+    for (std::size_t j = i + 1; j < leaves.size() && begin(leaves[j]) < a.x + a.radius; ++j) {
+      const Sphere& b = spheres[leaves[j]];
+      const double reach = static_cast<double>(a.radius) + static_cast<double>(b.radius) - least;
+      if (reach > 0 && (centreOf(a) - centreOf(b)).squaredNorm() < reach * reach) root[rootOf(leaves[j])] = rootOf(leaves[i]);
+    }
+  }
+  out.tool_parts = std::vector<std::uint32_t>(root.size());
+  std::vector<std::uint32_t> number(root.size(), kNoItem);
+  for (const std::uint32_t slot : leaves) {
+    std::uint32_t& part = number[rootOf(slot)];
+    if (part == kNoItem) part = out.tool_part_count++;
+    out.tool_parts[slot] = part;
+  }
+}
+
 // A ball is kept from leaves at the sum of two radii, and from a skin at its own radius minus the allowance, but at
 // least at half of its radius.
 double minContact(const CompiledScene& scene) {
@@ -179,6 +212,7 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
     }
   for (const CompiledShape& shape : out->shapes) out->skin_tolerance = std::max(out->skin_tolerance, shape.skin.tolerance);
   out->min_contact = minContact(*out);
+  findToolParts(2 * (static_cast<double>(out->skin_tolerance) + kGapTolerance), *out);
   scene = Scene(std::move(out));
   return true;
 }
@@ -197,10 +231,11 @@ const StepLimits& Scene::stepLimits() const { return compiled_->step_limits; }
 
 std::size_t Scene::byteCount() const {
   const CompiledScene& s = *compiled_;
-  std::size_t bytes = sizeof s + s.tool.byteCount() + s.objects.size() * sizeof(CompiledObject);
+  std::size_t bytes = sizeof s + s.tool.byteCount() + s.tool_parts.size() * 4 + s.objects.size() * sizeof(CompiledObject);
   for (const CompiledShape& b : s.shapes) {
     if (b.tissue) bytes += b.tissue->bytes;
-    bytes += sizeof b + b.leaves.byteCount() + b.skin.tree.byteCount() + b.skin.patch.size() * sizeof(CompiledPatch) + b.nodes.size() * 4;
+    bytes += sizeof b + b.leaves.byteCount() + b.skin.tree.byteCount() + b.skin.patch.size() * sizeof(CompiledPatch) +
+             b.skin.far.size() * sizeof(FarFace) + b.nodes.size() * 4;
   }
   return bytes;
 }

@@ -39,8 +39,10 @@ struct CompiledObject {
 struct CompiledScene {
   CompiledTree tool;
   std::vector<std::uint32_t> tool_nodes;  // (leaf) node index in the tool's SphereTree
-  Eigen::Vector3d tool_root;              // centre of its root relative to the reference point, tool axes [mm]
-  double tool_root_radius = 0;            // [mm]
+  std::vector<std::uint32_t> tool_parts;  // (slot) connected part of a leaf: if none of its leaves is in a skin, all are on the same side
+  std::uint32_t tool_part_count = 0;
+  Eigen::Vector3d tool_root;    // centre of its root relative to the reference point, tool axes [mm]
+  double tool_root_radius = 0;  // [mm]
   std::vector<CompiledShape> shapes;
   std::vector<CompiledObject> objects;
   std::uint32_t body_count = 1;  // including the world, body 0

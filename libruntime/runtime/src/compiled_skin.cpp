@@ -25,6 +25,46 @@ std::vector<float> swingsOf(const Skin& skin) {
 }
 
 void putPosition(const Eigen::Vector3f& p, float (&out)[3]) { out[0] = p.x(), out[1] = p.y(), out[2] = p.z(); }
+Eigen::Vector3d vectorOf(const float (&p)[3]) { return {p[0], p[1], p[2]}; }
+
+// Children have their blocks after that of their parent.
+std::vector<FarFace> farFaces(const CompiledTree& tree, std::span<const CompiledPatch> patches) {
+  std::vector<FarFace> out(tree.bound.size());
+  std::vector<double> areas(out.size());
+  for (std::size_t b = out.size(); b-- > 0;) {
+    struct Part {
+      Eigen::Vector3d centre;
+      double area, radius;
+    };
+    std::array<Part, 8> parts;
+    std::size_t count = 0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero(), moment = sum;
+    for (std::size_t lane = 0; lane < 8; ++lane) {
+      if (const std::size_t child = tree.links[b].first_child + lane; tree.isInner(8 * b + lane)) {
+        parts[count++] = {vectorOf(out[child].centre), areas[child], static_cast<double>(out[child].radius)};
+        sum += vectorOf(out[child].area);
+      } else if (const std::uint32_t item = tree.item[8 * b + lane]; item != kNoItem) {
+        const auto& p = patches[item].position;
+        const Eigen::Vector3d a = vectorOf(p[0]), u = vectorOf(p[1]) - a, v = vectorOf(p[2]) - a, across = 0.5 * u.cross(v),
+                              to_centre = (u + v) / 3;
+        parts[count++] = {a + to_centre, across.norm(), std::max({to_centre.norm(), (u - to_centre).norm(), (v - to_centre).norm()})};
+        sum += across;
+      } else {
+        continue;
+      }
+      const Part& part = parts[count - 1];
+      areas[b] += part.area;
+      moment += part.area * part.centre;
+    }
+    const Eigen::Vector3d centre = moment / std::max(areas[b], std::numeric_limits<double>::min());
+    double radius = 0;
+    for (std::size_t k = 0; k < count; ++k) radius = std::max(radius, (parts[k].centre - centre).norm() + parts[k].radius);
+    putPosition(sum.cast<float>(), out[b].area);
+    putPosition(centre.cast<float>(), out[b].centre);
+    out[b].radius = static_cast<float>(radius);
+  }
+  return out;
+}
 
 }  // namespace
 
@@ -70,6 +110,7 @@ CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin) {
     to.flags |= swingBits(swing / skin.tolerance) | leanBits(leanOf(patch));
   }
   out.tree = compileTree(skin.search, spheres, origin, TreeOver::Triangles);
+  out.far = farFaces(out.tree, out.patch);
   return out;
 }
 

@@ -31,9 +31,17 @@ inline constexpr int kLeanShift = 24;
 inline constexpr std::uint32_t kSwingMask = 0xffff;
 inline constexpr std::uint32_t kLeanMask = 0xff;
 
+/// The triangles below a node, as they are seen from afar: one small face.
+struct FarFace {
+  float area[3];    // sum of their area vectors [mm^2]
+  float centre[3];  // mean of their centres, weighted by area
+  float radius;     // of a ball about the centre that contains them
+};
+
 struct CompiledSkin {
   CompiledTree tree;                 // its items are the triangles
   std::vector<CompiledPatch> patch;  // (triangle)
+  std::vector<FarFace> far;          // (block) of the triangles below the block
   float tolerance = 0;               // allowance of the triangles with a curved patch: they yield by this [mm]
   bool empty() const { return patch.empty(); }
 };

@@ -53,6 +53,8 @@ class ConstrainedStep {
   bool isSettled(const Vector6& want) const;
   bool hasStalled();
   void pushOut();
+  bool isPressedIn() const;
+  void takeBack();
   void noteContacts();
   void makeRows();
   void addFelt();
@@ -109,7 +111,9 @@ ConstrainedStep::ConstrainedStep(StepParts& parts, const Configuration& haptic, 
 // >= b). The true gap is the row's value plus a convex function of the translation, minus at most |r| angle^2 / 2 for
 // the rotation. Hence no pair is ever deeper than that.
 void ConstrainedStep::run() {
-  Piece piece = memory_.moving_count == 0 ? Piece::GoesOn : carry();
+  const bool has_carried = memory_.moving_count > 0;
+  if (memory_.tissue) memory_.give_before = memory_.give;
+  Piece piece = has_carried ? carry() : Piece::GoesOn;
   while (piece == Piece::GoesOn) {
     if (result_.linearisations >= kMaxLinearisations || !parts_.workLeft()) {
       result_.faults |= kWorkLimit;
@@ -121,14 +125,34 @@ void ConstrainedStep::run() {
   memory_.is_behind = piece != Piece::Arrived;
   pushOut();
   if (best_.isKnown()) {
-    memory_.graphic = best_.pose;
-    result_.penetration = best_.depth;
+    // Tissue is where the last piece left it.
+    memory_.graphic = memory_.tissue ? now_ : best_.pose;
+    result_.penetration = memory_.tissue ? depth_ : best_.depth;
   }
+  if (memory_.tissue && !has_carried && isPressedIn()) takeBack();
   if (result_.penetration > kGapTolerance) result_.faults |= kPenetrating;
   noteContacts();
   // The way out of an object is not a motion that inertia continues.
   if (scene_.inertia.translation + scene_.inertia.rotation > 0)
     memory_.motion = was_inside_ ? Displacement() : displacementBetween(start_, memory_.graphic);
+}
+
+// Whether tissue has moved into the tool, which had not the time to give way; or may have done so, as there was not the
+// time to search.
+bool ConstrainedStep::isPressedIn() const {
+  if (!best_.isKnown()) return memory_.graphic.position == start_.position;
+  return depth_ > std::max(path_tolerance_, memory_.depth);
+}
+
+// Tool and tissue stay where the last step left them. In the next step, tissue that approaches a state of its solver
+// waits, so that the tool can move away first.
+void ConstrainedStep::takeBack() {
+  memory_.tissue->takeBack();
+  memory_.give = memory_.give_before;
+  memory_.graphic = start_;
+  memory_.is_behind = true;
+  result_.penetration = memory_.depth;
+  pairs_ = {};
 }
 
 // Moves the bodies to their targets; before the last piece the tool only moves where they push it. In the frame of an
@@ -364,6 +388,11 @@ double ConstrainedStep::acceptedShare(const Displacement& step, double share, bo
     makeRows();
     if (depth_ <= deepest && (felt_depth_ <= deepest_felt || halving >= kFeltHalvings)) return share;
   }
+  if (memory_.tissue) {
+    now_ = from;
+    parts_.giveWay(0);
+    makeRows();
+  }
   return 0;
 }
 
@@ -390,10 +419,10 @@ void ConstrainedStep::pushOut() {
     else
       parts_.solve(rows_, Vector6::Zero());
     parts_.keepActive(pairs_);
-    if (scene_.has_soft) parts_.giveWay(1);
     const Displacement step = parts_.displacement(memory_.answer.y);
     margin_.use(parts_.reach(step));
     if (margin_.left() < 0) return;
+    if (scene_.has_soft) parts_.giveWay(1);
     now_ = moved(now_, step);
     makeRows();
     record();

@@ -51,8 +51,13 @@ float flatRows(const RowRequest& q) {
     const F8 height = dot(upright, balls.centre - p.position[0]);
     const I8 apart = nearest > splat(1e-20f);
     const F8 edge_distance = squareRoot(select(apart, nearest, one));
-    // Tissue has an outside, and its surface may move past the centre of a small ball in a step.
-    const I8 is_below = height < splat(-q.behind);
+    // Tissue has an outside, and its surface may move past the centre of a small ball in a step. Then this triangle is
+    // the nearest one; behind a nearer one the ball is in front of, it sees the far side of thin tissue.
+    F8 behind = splat(q.behind);
+    if (q.in_front)
+      for (unsigned k = 0; k < 8; ++k)
+        behind[k] = __builtin_fminf(q.behind, q.in_front[q.pairs[i + k < q.count ? i + k : q.count - 1] >> 16]);
+    const I8 is_below = height < zero - behind;
     const Vector8 to_side = select(is_below, zero - one, one) * upright;
     const Vector8 from_edge = select(apart, (one / edge_distance) * way, to_side);
     const F8 distance = select(over, select(is_below, zero - height, height), select(apart, edge_distance, zero));

@@ -8,20 +8,16 @@
 namespace spheretree::runtime {
 namespace {
 
-// The winding number of the surface around a point: 1 inside a closed surface, 0 outside; in between for a surface with
-// holes.
-// Paper: A. Jacobson, L. Kavan, O. Sorkine-Hornung. Robust inside-outside segmentation using generalized winding
-//         numbers. ACM TOG 32(4), 2013. A triangle's solid angle: A. van Oosterom, J. Strackee. The solid angle of a
-//         plane triangle. IEEE TBME 30(2), 1983.
-double windingNumber(const CompiledSkin& skin, const Eigen::Vector3d& point) {
-  double half_angles = 0;
-  for (const CompiledPatch& patch : skin.patch) {
-    Eigen::Vector3d v[3];
-    for (int k = 0; k < 3; ++k) v[k] = Eigen::Vector3d(patch.position[k][0], patch.position[k][1], patch.position[k][2]) - point;
-    const double a = v[0].norm(), b = v[1].norm(), c = v[2].norm();
-    half_angles += std::atan2(v[0].dot(v[1].cross(v[2])), a * b * c + v[0].dot(v[1]) * c + v[1].dot(v[2]) * a + v[2].dot(v[0]) * b);
-  }
-  return half_angles / (2 * M_PI);
+constexpr double kFar = 2;                  // triangles below a node are seen as one face from this many radii
+constexpr std::uint32_t kTriangleWork = 5;  // cost of a solid angle, in 8-lane tests
+
+Eigen::Vector3d vectorOf(const float (&p)[3]) { return {p[0], p[1], p[2]}; }
+
+double halfSolidAngle(const CompiledPatch& patch, const Eigen::Vector3d& point) {
+  Eigen::Vector3d v[3];
+  for (int k = 0; k < 3; ++k) v[k] = vectorOf(patch.position[k]) - point;
+  const double a = v[0].norm(), b = v[1].norm(), c = v[2].norm();
+  return std::atan2(v[0].dot(v[1].cross(v[2])), a * b * c + v[0].dot(v[1]) * c + v[1].dot(v[2]) * a + v[2].dot(v[0]) * b);
 }
 
 float smallestGap(const RowSet& rows, const PairRun& run) {
@@ -31,22 +27,28 @@ float smallestGap(const RowSet& rows, const PairRun& run) {
 }
 
 // Whether the centre of a leaf of the tool is inside the object: in one of its leaves, with a skin that winds around
-// it.
-bool isWithin(const StepParts& parts, const PairSet& pairs, const PairRun& run) {
+// it. No leaf is in the skin, so one leaf answers for its part of the tool. The answer is also yes if the work runs
+// out: the leaves of the object then hold the tool outside of them, or lead it out.
+bool isWithin(StepParts& parts, const PairSet& pairs, const PairRun& run) {
   const CompiledScene& scene = parts.scene;
-  const Configuration& graphic = parts.memory.graphic;
-  const CompiledObject& object = parts.memory.objects[run.object];
+  StepMemory& memory = parts.memory;
+  const Configuration& graphic = memory.graphic;
+  const CompiledObject& object = memory.objects[run.object];
   const CompiledShape& shape = scene.shapes[object.shape];
-  std::uint32_t last = kNoItem;
+  std::fill(memory.part_settled.begin(), memory.part_settled.end(), false);
+  std::uint32_t left = scene.tool_part_count;
+  parts.result.work += run.count;
   for (const std::uint32_t pair : pairs.pairs.subspan(run.begin, run.count)) {
-    const std::uint32_t tool = pair >> 16;
-    const std::array<double, 3>&c = scene.tool.exact[tool], &leaf = shape.leaves.exact[pair & 0xffff];
+    char& is_settled = memory.part_settled[scene.tool_parts[pair >> 16]];
+    if (is_settled) continue;
+    const std::array<double, 3>&c = scene.tool.exact[pair >> 16], &leaf = shape.leaves.exact[pair & 0xffff];
     const Eigen::Vector3d world = graphic.position + graphic.orientation * Eigen::Vector3d(c[0], c[1], c[2]),
                           local = object.rotation.transpose() * (world - object.anchor);
     const auto radius = static_cast<double>(shape.leaves.spheres[pair & 0xffff].radius);
-    if (tool == last || (local - Eigen::Vector3d(leaf[0], leaf[1], leaf[2])).norm() > radius) continue;
-    if (windingNumber(shape.skin, local) > 0.5) return true;
-    last = tool;
+    if ((local - Eigen::Vector3d(leaf[0], leaf[1], leaf[2])).norm() > radius) continue;
+    if (!parts.workLeft() || windingNumber(shape.skin, local, parts.result.work) > 0.5) return true;
+    is_settled = true;
+    if (--left == 0) break;
   }
   return false;
 }
@@ -57,6 +59,32 @@ bool isWhereItsTreeIs(const StepParts& parts, std::uint32_t object) {
 }
 
 }  // namespace
+
+double windingNumber(const CompiledSkin& skin, const Eigen::Vector3d& point, std::uint32_t& work) {
+  std::array<std::uint32_t, 128> open{};  // blocks
+  std::size_t count = 1;
+  double half_angles = 0;
+  while (count > 0) {
+    const std::uint32_t block = open[--count];
+    for (std::uint32_t lane = 0; lane < 8; ++lane) {
+      if (const std::uint32_t item = skin.tree.item[8 * block + lane]; item != kNoItem) {
+        half_angles += halfSolidAngle(skin.patch[item], point);
+        work += kTriangleWork;
+      } else if (lane < skin.tree.links[block].inner) {
+        const std::uint32_t child = skin.tree.links[block].first_child + lane;
+        const FarFace& face = skin.far[child];
+        const Eigen::Vector3d way = vectorOf(face.centre) - point;
+        const double distance = way.norm();
+        ++work;
+        if (distance > kFar * static_cast<double>(face.radius) || count == open.size())
+          half_angles += 0.5 * vectorOf(face.area).dot(way) / (distance * distance * distance);
+        else
+          open[count++] = child;
+      }
+    }
+  }
+  return half_angles / (2 * M_PI);
+}
 
 void settleSides(StepParts& parts) {
   StepMemory& memory = parts.memory;

@@ -48,6 +48,7 @@ struct alignas(64) ObjectView {
   float allowance;                     // triangles with a curved patch yield by this [mm]
   float motion;                        // of tissue: how much farther than the margin the search looks [mm]
   float behind;        // a ball at most this far behind a triangle is pushed out in front of it; 0: triangles have two sides [mm]
+  float* in_front;     // of tissue: (tool slot) distance of the ball's centre from the nearest triangle that it is in front of [mm]
   SoftPoint* points;   // of tissue: the cache of them
   std::uint32_t step;  // of tissue: points found in this step stay
   double to_world[9];  // axes of the object to world axes, row-major
@@ -111,7 +112,8 @@ struct RowRequest {
   float inverse_angle_length;
   float max_gap;    // of felt rows: the plane beside a patch gives a row only up to this gap, otherwise a row that is always satisfied [mm]
   float allowance;  // triangles with a curved patch yield by this [mm]
-  float behind;     // as in the view
+  float behind;     // as in the view; less for a ball that is in front of a nearer triangle
+  float* in_front;  // as in the view; null if `behind` is 0
   bool squared;     // RowForm::SquaredDistance, of spheres
   float axes[9];    // row k: the axis of angle k; used if `squared`
   float* a[6];      // output [0, count + 8), as are the following arrays

@@ -39,6 +39,7 @@ class LinearTissue final : public SoftTissue {
       surfaces_.push_back(model ? std::make_unique<SoftSurface>(*model, shape) : nullptr);
       if (model) nodes = std::max(nodes, model->node_count);
     }
+    in_front_.resize(scene_.tool.spheres.size());
     rows_.resize(2 * (scene_.step_limits.max_pairs + std::size_t{16}));
     for (std::vector<Eigen::Matrix3d>& response : responses_) response.resize(nodes);
     for (std::vector<double>& field : fields_) field.resize(3 * nodes);
@@ -47,6 +48,7 @@ class LinearTissue final : public SoftTissue {
 
   void reset() override {
     std::fill(frozen_.begin(), frozen_.end(), false);
+    waits_ = false;
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
       if (surfaces_[i]) surfaces_[i]->reset(), placeView(i);
   }
@@ -55,14 +57,22 @@ class LinearTissue final : public SoftTissue {
     const Displacement way = displacementBetween(memory_.haptic, hand);
     const double hand_way = way.translation.norm() + scene_.tool.reach * way.rotation.norm();
     motion_ = std::min(kMaxTissueMotion, kTissueMotion + kHandShare * hand_way);
-    const double max_motion = memory_.depth > kSqueezed ? 0 : kAimMotion;  // while the tool cannot escape, it is not pressed in farther
+    // While the tool cannot escape, it is not pressed in farther.
+    const double max_motion = memory_.depth > kSqueezed || waits_ ? 0 : kAimMotion;
+    waits_ = false;
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
       if (surfaces_[i]) surfaces_[i]->beginStep(share_, max_motion, motion_), placeView(i);
     return std::find(frozen_.begin(), frozen_.end(), true) == frozen_.end() ? kNoFault : kTissueFrozen;
   }
+  void takeBack() override {
+    for (std::size_t i = 0; i < surfaces_.size(); ++i)
+      if (surfaces_[i]) surfaces_[i]->takeBack(), placeView(i);
+    waits_ = true;
+  }
   void placeView(std::size_t object) override;
   std::uint32_t keepNear(const Configuration& pose, double margin, PairSet& set) override;
   void placePatches(const PairSet& set) override;
+  void findFront(const RowRequest& request) const override { kernel_.findFront(request); }
   float patchRows(const RowRequest& request) const override { return kernel_.rows(request); }
   std::uint32_t solve(ContactQp& qp) override;
   void giveWay(double share) override {
@@ -129,8 +139,10 @@ class LinearTissue final : public SoftTissue {
   const SoftKernel& kernel_;
   const double share_;                                  // share of the way to a target in a step
   double motion_ = kTissueMotion;                       // largest motion of a point in this step by forces [mm]
+  bool waits_ = false;                                  // after takeBack()
   std::vector<bool> frozen_;                            // (object) the solver that sets its target has failed
   std::vector<std::unique_ptr<SoftSurface>> surfaces_;  // (object) null: rigid
+  std::vector<float> in_front_;                         // of the views
   std::vector<Row> rows_;                               // (row) of the rows on tissue
   std::array<SkinPoint, kMaxContactRows> contacts_;     // of the step
   bool is_carried_ = false;
@@ -156,6 +168,7 @@ void LinearTissue::placeView(std::size_t object) {
   view.step = skin.step();
   view.motion = static_cast<float>(motion_ + kRefitMm);
   view.behind = static_cast<float>(kBehind);
+  view.in_front = in_front_.data();
   put(memory_.object_roots[object / 8], object % 8, memory_.objects[object].anchor,
       static_cast<float>(skin.radius() * (1 + 1e-6)) + view.motion);
 }

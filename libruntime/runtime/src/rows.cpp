@@ -48,6 +48,7 @@ class Requests {
     request_.object = view.spheres;
     request_.allowance = view.allowance;
     request_.behind = view.behind;
+    request_.in_front = view.in_front;
     request_.patches = view.patches;
     request_.items = view.items;
     request_.points = view.points;
@@ -85,6 +86,7 @@ RowSet makeRows(const PairSet& set, const Configuration& pose, RowForm form, con
     const ObjectView& view = common.squared ? memory.leaf_views[run.object] : memory.views[run.object];
     const RowRequest& request = requests.of(view, run, set.pairs.data(), run.begin);
     const bool on_triangles = view.patches != nullptr && !set.coarse;
+    if (request.in_front && on_triangles) memory.tissue->findFront(request);
     out.smallest_gap = std::min(out.smallest_gap, on_triangles ? memory.kernel->flatRows(request) : memory.kernel->sphereRows(request));
   }
   padRows(memory, out.rows.count);

@@ -11,6 +11,8 @@ struct SoftKernel {
   /// Stores the pairs whose ball is within `reach` of the flat triangle, in their order, and returns their number.
   /// `kept` may be `pairs` of the request.
   std::uint32_t (*keepNear)(const RowRequest&, float reach, std::uint32_t* kept);
+  /// Sets in_front of the request for the balls of its pairs.
+  void (*findFront)(const RowRequest&);
 };
 
 const SoftKernel& scalarSoftKernel();

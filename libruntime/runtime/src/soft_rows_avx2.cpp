@@ -5,7 +5,7 @@
 namespace spheretree::runtime {
 
 const SoftKernel& avx2SoftKernel() {
-  static constexpr SoftKernel kernel{softRows, keepNear};
+  static constexpr SoftKernel kernel{softRows, keepNear, findFront};
   return kernel;
 }
 

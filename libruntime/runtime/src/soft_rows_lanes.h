@@ -129,5 +129,20 @@ std::uint32_t keepNear(const RowRequest& q, float reach, std::uint32_t* kept) {
   return count;
 }
 
+// A ball can be behind a triangle in two ways: the triangle has moved past its centre, or the tissue is thin there and
+// the ball is on its other side. Then a triangle that it is in front of is nearer.
+void findFront(const RowRequest& q) {
+  for (std::uint32_t i = 0; i < q.count; ++i) q.in_front[q.pairs[i] >> 16] = __builtin_inff();
+  for (std::uint32_t i = 0; i < q.count; i += 8) {
+    const ToolBalls balls(q, i);
+    const Patches p(q, balls);
+    const Vector8 a = p.position[0], u = p.position[1] - a, v = p.position[2] - a;
+    const F8 distance = squareRoot(squareToTriangle(a, p.position[1], p.position[2], balls.centre));
+    const unsigned in_front = maskOf(dot(cross(u, v), balls.centre - a) >= splat(0));
+    for (unsigned k = 0; k < 8; ++k)
+      if (float& nearest = q.in_front[pairOf(q, i + k) >> 16]; in_front >> k & 1) nearest = __builtin_fminf(nearest, distance[k]);
+  }
+}
+
 }  // namespace
 }  // namespace spheretree::runtime

@@ -4,7 +4,7 @@
 namespace spheretree::runtime {
 
 const SoftKernel& scalarSoftKernel() {
-  static constexpr SoftKernel kernel{softRows, keepNear};
+  static constexpr SoftKernel kernel{softRows, keepNear, findFront};
   return kernel;
 }
 

@@ -40,14 +40,16 @@ SoftSurface::SoftSurface(const SoftModel& model, const CompiledShape& shape)
       moved_(model.vertices.size()),
       predicted_(model.vertices.size(), Vector3f::Zero()) {
   for (const SkinTriangle& t : model.tree->skin.triangles) corners_.push_back({t.vertex[0], t.vertex[1], t.vertex[2]});
-  for (Field* field : {&force_, &from_, &to_, &now_, &base_, &shift_, &from_now_, &to_now_, &start_force_, &start_, &base_way_})
+  for (Field* field : {&force_, &from_, &to_, &now_, &base_, &shift_, &from_now_, &to_now_, &start_force_, &start_, &start_base_, &bent_,
+                       &last_bent_, &base_way_})
     *field = Field(3 * model.node_count);
   near_.reserve(model.node_count);
   near_vertices_.reserve(model.vertices.size());
 }
 
 void SoftSurface::reset() {
-  for (Field* field : {&force_, &from_, &to_, &now_, &base_, &shift_, &from_now_, &to_now_, &start_force_, &start_, &base_way_})
+  for (Field* field : {&force_, &from_, &to_, &now_, &base_, &shift_, &from_now_, &to_now_, &start_force_, &start_, &start_base_, &bent_,
+                       &last_bent_, &base_way_})
     std::fill(field->begin(), field->end(), 0.0f);
   skin_.reset();
   ++motions_;
@@ -258,6 +260,7 @@ void SoftSurface::followAim(double share, double max_motion) {
   if (left_ == 0 || !std::isfinite(left_)) return;
   if (left_ <= kArrived) share = 1;
   if (share * left_ > max_motion) share = max_motion / left_;
+  if (share == 0) return;
   for (std::size_t i = 0; i < base_.size(); ++i) {
     base_way_[i] = static_cast<float>(share) * (aim_[i] - base_[i]);
     base_[i] += base_way_[i];
@@ -272,6 +275,8 @@ void SoftSurface::beginStep(double share, double max_motion, double motion) {
   motion_ = motion;
   base_moves_ = false;
   ahead_ = from_ahead_ = motion_so_far_ = 0;
+  start_base_ = base_;
+  last_bent_ = bent_;
   if (aim_.size() == base_.size()) followAim(share, max_motion);
   skin_.beginStep();
   if (!has_moved_) return;
@@ -279,8 +284,22 @@ void SoftSurface::beginStep(double share, double max_motion, double motion) {
   start_force_ = force_;
   start_ = now_;
   is_pressed_ = is_pressed_ && (anyIn(force_) || anyIn(to_));
-  skin_.bend(shift_);
+  bent_ = shift_;
+  skin_.bend(bent_);
   skin_.refit(shift_);
+}
+
+void SoftSurface::takeBack() {
+  base_ = start_base_;
+  force_ = start_force_;
+  now_ = start_;
+  base_moves_ = knows_to_ = false;
+  ahead_ = from_ahead_ = 0;
+  is_pressed_ = is_pressed_ || anyIn(force_);
+  if (aim_.size() == base_.size()) aim(aim_);
+  findShift();
+  bent_ = last_bent_;
+  skin_.bend(bent_);
 }
 
 }  // namespace spheretree::runtime

@@ -39,6 +39,8 @@ class SoftSurface {
   /// Moves the base by `share` of its way, but no node by more than `max_motion` [mm]. In this step, forces move no
   /// node by more than `motion` [mm]. Then moves the balls of the search to their triangles. Cost: MovedSkin::refit().
   void beginStep(double share, double max_motion, double motion);
+  /// Returns to the shape that the surface had before the last call of beginStep().
+  void takeBack();
   /// Sets the target of the base: x, y, z of each pressed node. `surface` must stay valid until the next call.
   void aim(std::span<const float> surface);
   std::span<const float> forces() const { return force_; }
@@ -113,7 +115,8 @@ class SoftSurface {
   Field force_, from_, to_;                            // current forces; forces at the beginning of the piece; target forces
   Field now_, base_, shift_;                           // displacements by the forces; base; sum of both
   Field from_now_, to_now_;                            // displacements by from_ and to_
-  Field start_force_, start_;                          // forces, and their displacements, at the beginning of the step
+  Field start_force_, start_, start_base_;             // forces, displacements by them, and base, at the beginning of the step
+  Field bent_, last_bent_;                             // the shape is bent as for these displacements: now; in the last step
   Field base_way_;                                     // if base_moves_: displacement of the base at the beginning of the step
   double ahead_ = 0, from_ahead_ = 0;                  // share of it that the tool has not followed: now; at the beginning of the piece
   bool base_moves_ = false;

@@ -36,6 +36,8 @@ class SoftTissue {
   virtual bool isAtRest(std::size_t object) const = 0;
   /// Begins a step in which the hand moves to `hand`, and moves the surface towards its target. Returns StepFault bits.
   virtual std::uint32_t beginStep(const Configuration& hand) = 0;
+  /// Returns to the surface at the end of the last step. In the next step it moves towards no target.
+  virtual void takeBack() = 0;
   /// Updates the view of the object for the search and the rows, if it is tissue: its skin in its current shape.
   virtual void placeView(std::size_t object) = 0;
   /// Keeps the pairs of a search at `pose` that may come within `margin` in this step, wherever forces move the tissue.
@@ -43,6 +45,8 @@ class SoftTissue {
   virtual std::uint32_t keepNear(const Configuration& pose, double margin, PairSet& set) = 0;
   /// Updates the patches of these pairs to the current shape.
   virtual void placePatches(const PairSet& set) = 0;
+  /// Finds the balls that are in front of a triangle: before the kernel's flatRows().
+  virtual void findFront(const RowRequest& request) const = 0;
   /// Like the kernel's feltRows(), for patches of tissue.
   virtual float patchRows(const RowRequest& request) const = 0;
   /// solveForces(), with the compliance of the surface. Returns its work. While each call has new rows, the forces of

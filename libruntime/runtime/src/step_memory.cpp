@@ -58,6 +58,7 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
   pairs = std::vector<std::uint32_t>(capacity);
   runs.reserve(count);
   if (any_skin) {
+    part_settled = std::vector<char>(scene.tool_part_count);
     felt_pairs = std::vector<std::uint32_t>(capacity);
     felt_runs.reserve(count);
   }
@@ -69,7 +70,7 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
   active_rubbing.fill(Eigen::Vector3d::Zero());
   if (scene.has_friction || scene.has_soft) contact_qp = std::make_unique<ContactQp>();
   if (!scene.has_soft) return;
-  for (auto* list : {&give, &give_from, &give_to}) *list = std::vector<double>(count);
+  for (auto* list : {&give, &give_before, &give_from, &give_to}) *list = std::vector<double>(count);
   soft_b = std::vector<float>(row_stride);
 }
 

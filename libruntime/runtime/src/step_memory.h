@@ -69,18 +69,19 @@ struct StepMemory {
 
   // State between steps.
   bool started = false;
-  bool sides_known = false;       // it is known on which side of each skin the tool is
-  std::uint32_t leaves_felt = 0;  // number of objects with a skin whose leaves are used instead, since the tool started inside
-  bool is_behind = false;         // the graphic tool had not arrived at the end of the last step
-  Configuration haptic, graphic;  // of the last step
-  bool has_euler = false;         // the last step was one of the published mode, which continues with its own angles:
-  std::array<double, 3> euler{};  // Euler angles of the graphic tool, gamma, beta, alpha [rad]
-  Wrench wrench;                  // of the last step, without the limits
+  bool sides_known = false;        // it is known on which side of each skin the tool is
+  std::uint32_t leaves_felt = 0;   // number of objects with a skin whose leaves are used instead, since the tool started inside
+  std::vector<char> part_settled;  // (part of the tool) scratch: its side of the skin of an object has been determined
+  bool is_behind = false;          // the graphic tool had not arrived at the end of the last step
+  Configuration haptic, graphic;   // of the last step
+  bool has_euler = false;          // the last step was one of the published mode, which continues with its own angles:
+  std::array<double, 3> euler{};   // Euler angles of the graphic tool, gamma, beta, alpha [rad]
+  Wrench wrench;                   // of the last step, without the limits
   std::array<RowName, kMaxContacts> active_names{};  // rows that were active at the end of the last step
   std::uint8_t active_count = 0;
   std::array<double, kMaxContacts> active_multiplier{};        // multipliers of these rows
   std::array<Eigen::Vector3d, kMaxContacts> active_rubbing{};  // friction force, divided by the stiffness of the pull [mm]
-  std::vector<double> give, give_from, give_to;                // (object) how far it yields: now, and from and to in the next piece [mm]
+  std::vector<double> give, give_before, give_from, give_to;   // (object) how far it yields: now, and from and to in the next piece [mm]
   std::vector<float> soft_b;                                   // (row) b, for objects that yield
   std::unique_ptr<SoftTissue> tissue;                          // null if the scene has no tissue
   double depth = 0;                                            // penetration of the tool at the end of the last step [mm]

@@ -8,6 +8,7 @@
 
 #include "spheretree/runtime/step.h"
 #include "spheretree/tissue/moving_tissue.h"
+#include "step_parts.h"
 #include "support/random.h"
 #include "support/shape_trees.h"
 #include "support/soft_block.h"
@@ -214,6 +215,83 @@ TEST(LargeMotion, ItIsForTissueAlone) {
   EXPECT_FALSE(aimTissue(1, rig.states[0].surface, false, *rig.workspace));
   EXPECT_FALSE(aimTissue(0, std::span(rig.states[0].surface).first(3), false, *rig.workspace));
   EXPECT_TRUE(tissueForces(7, *rig.workspace).empty());
+}
+
+/// How deep a leaf of the tool is in the surface as it is now, by a search of its own [mm].
+double depthNow(runtime::Workspace& workspace, const Configuration& tool) {
+  StepResult unused;
+  runtime::StepParts parts(workspace.memory(), nullptr, unused);
+  const runtime::PairSet pairs = parts.search(tool, 0.05, runtime::PairsOf::ContactSurface);
+  EXPECT_FALSE(pairs.coarse);
+  return std::max(0.0, -static_cast<double>(parts.rows(pairs, tool).smallest_gap));
+}
+
+/// Balls of 0.1 to 0.5 mm, one above the other: the tip of a probe.
+SphereTree pointedTool() {
+  std::vector<Sphere> balls;
+  for (int i = 0; i < 24; ++i) balls.push_back(test::ball(0, 0, 0.15 * i + 0.0055 * i * i, 0.1 + 0.02 * i));
+  return test::treeOfBalls(std::move(balls));
+}
+
+// A tip is pressed in near the edge of the block, slips off over it, and leaves, while states come at any rate and
+// irregularly: it is never in the surface that the step has, and nothing holds it in the end.
+TEST(LargeMotion, NothingPassesThroughAtAnyRateOfStates) {
+  test::Random random(54);
+  for (const double friction : {0.0, 0.3})
+    for (const auto& [least, most] : {std::pair{5, 20}, {33, 33}, {1, 300}, {1, 1000}}) {
+      LargeRig rig(pointedTool(), 1, friction);
+      rig.solver_stalls = true;  // states come here
+      Vector3d hand(20.5, 10, 12.5);
+      int next = 0, step = 0;
+      StepResult r;
+      const auto go = [&](const Vector3d& to, double speed) {
+        for (Vector3d way = to - hand; way.norm() > 0; way = to - hand) {
+          hand += std::min(1.0, speed / way.norm()) * way;
+          if (step++ == next) {
+            std::swap(rig.states[0], rig.states[1]);
+            ASSERT_TRUE(aimTissue(0, rig.states[0].surface, rig.states[0].is_frozen, *rig.workspace));
+            rig.tissue->advance(tissueForces(0, *rig.workspace), rig.states[1]);
+            next += least + static_cast<int>(random.below(static_cast<std::uint64_t>(most - least + 1)));
+          }
+          r = rig.to(hand);
+          const double allowed = r.faults & runtime::kWorkLimit ? 0.01 : runtime::kGapTolerance;
+          ASSERT_LE(r.penetration, allowed) << least << ".." << most << " step " << step << " friction " << friction;
+          ASSERT_LE(depthNow(*rig.workspace, r.graphic), allowed + 1e-5) << least << ".." << most << " step " << step;
+        }
+      };
+      for (int round = 0; round < 2; ++round) {
+        go({20.5, 10, 9}, 0.05);
+        go({26, 10.5, 9}, 0.05);
+        go({26, 10.5, 14}, 0.1);
+        go({20.5, 10 - round, 14}, 0.1);
+        EXPECT_EQ(r.wrench.force.norm(), 0) << "nothing holds it";
+      }
+    }
+}
+
+// The surface rises to a tool that has no time to give way: both stay where they were.
+TEST(LargeMotion, WithoutTimeTheTissueWaits) {
+  for (const std::uint32_t max_work : {1000u, 1500u, 2500u, 4000u}) {
+    LargeRig rig(pointedTool());
+    runtime::SceneDescription d;
+    d.tool = pointedTool();
+    d.objects.push_back({block().shared, {}});
+    d.objects[0].tissue = block().model;
+    d.step_limits.max_work = max_work;
+    std::string fault;
+    ASSERT_TRUE(compileScene(d, rig.scene, fault)) << fault;
+    rig.workspace = std::make_unique<runtime::Workspace>(rig.scene);
+    rig.solver_stalls = true;
+    const Vector3d over(12, 10, 12.2);
+    rig.to(over);
+    TissueState raised = rig.tissue->restState();
+    for (std::size_t i = 2; i < raised.surface.size(); i += 3) raised.surface[i] += 3;
+    ASSERT_TRUE(aimTissue(0, raised.surface, false, *rig.workspace));
+    for (int n = 0; n < 300; ++n) {
+      const StepResult r = rig.to(over);
+      ASSERT_LE(depthNow(*rig.workspace, r.graphic), 0.0101) << max_work << " step " << n;
+    }
+  }
 }
 
 }  // namespace
