@@ -131,8 +131,8 @@ void addSpheres(const CompareOptions& options, std::vector<ComparedMesh>& meshes
 /// Declares what this command writes in addition to pipeline::runComparison().
 void declareOutputs(const CompareOptions& options, const std::vector<ComparedMesh>& meshes, const RunFiles& files) {
   const fs::path& folder = options.settings.folder;
-  for (const char* name : {"comparison.svg", "index.html"}) files.willWrite(folder / name);
-  for (const ComparedMesh& mesh : meshes) files.willWrite(folder / (mesh.name + ".svg"));
+  for (const char* name : {"comparison.svg", "index.html"}) files.willMake(folder / name);
+  for (const ComparedMesh& mesh : meshes) files.willMake(folder / (mesh.name + ".svg"));
 }
 
 void printMeans(const std::vector<MeanFigures>& means) {
@@ -230,6 +230,7 @@ void addCompareCommand(Program& program) {
   addUnit(*app, options->unit);
   addSeed(*app, options->settings.build.seed, "all random choices");
   addThreads(*app, options->settings.build.threads);
+  addForce(*app, program);
 }
 
 }  // namespace spheretree::tool
