@@ -224,7 +224,7 @@ void WholeFile::State::finish(bool sync) {
 void WholeFile::State::publish() {
   if (is_straight) return;
   FileObserver* const told = observer.load();
-  if (told) told->onWrite(path, target, idOf(target), role);
+  if (told) told->onComplete(path, target, temporary, role);
   if (::rename(temporary.c_str(), target.c_str()) != 0) failWrite(path, errno);
   temporary.clear();
   if (told) told->onWritten(target, role);
@@ -245,7 +245,10 @@ WholeFiles::~WholeFiles() = default;
 
 void WholeFiles::add(const std::filesystem::path& path, std::span<const std::byte> bytes, FileRole role) {
   auto file = std::make_unique<WholeFile>(path, role);
-  if (holds(file->state_->target, bytes)) return;
+  if (holds(file->state_->target, bytes)) {
+    if (FileObserver* o = observer.load()) o->onComplete(path, file->state_->target, file->state_->target, role);
+    return;
+  }
   file->append(bytes);
   file->state_->finish(false);
   files_.push_back(std::move(file));

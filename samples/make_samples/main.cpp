@@ -5,50 +5,65 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <span>
 #include <string>
 
 #include "molar.h"
 #include "mouth.h"
 #include "mouth_files.h"
 #include "probe.h"
+#include "program_end.h"
 #include "robots.h"
+#include "run_files.h"
 #include "spheretree/formats/file_io.h"
 
 namespace {
 
 namespace samples = spheretree::samples;
-using spheretree::formats::writeWhole;
+
+/// Replaces nothing that was edited, or that came from elsewhere. All files appear together, by commit().
+class Samples : public spheretree::formats::WholeFiles {
+ public:
+  template <class Content>
+  void write(const std::filesystem::path& file, const Content& content) {
+    const std::span<const std::byte> bytes = std::as_bytes(std::span(content));
+    spheretree::tool::RunFiles().willMake(file, bytes);
+    add(file, bytes);
+  }
+};
 
 std::string objText(const spheretree::TriangleMesh& mesh, const std::string& title) {
   std::string text = samples::objText({{"", &mesh}}, title);
   return text.erase(text.find("g \n"), 3);
 }
 
-void writeMouth(const std::filesystem::path& folder) {
+void writeMouth(const std::filesystem::path& folder, Samples& out) {
   const samples::Mouth mouth = samples::makeMouth();
-  writeWhole(folder / "probe.obj", objText(samples::makeProbe(), "Dental probe, tip at the origin"));
-  writeWhole(folder / "mouth.obj", samples::objText(mouth.parts(), "Open mouth"));
-  writeWhole(folder / "mouth.glb", samples::glbBytes(mouth.parts()));
-  writeWhole(folder / "mouth.scene.json", samples::mouthSceneText(mouth));
-  writeWhole(folder / "opening.scene.json", samples::mouthSceneText(mouth, samples::MouthMotion::Opening));
-  writeWhole(folder / "two_hands.scene.json", samples::mouthSceneText(mouth, samples::MouthMotion::TwoHands));
-  writeWhole(folder / "soft.scene.json", samples::mouthSceneText(mouth, samples::MouthMotion::Soft));
-  writeWhole(folder / "press.csv", samples::trajectoryText(samples::pressTongue()));
-  writeWhole(folder / "pocket.csv", samples::trajectoryText(samples::probePocket(mouth)));
+  out.write(folder / "probe.obj", objText(samples::makeProbe(), "Dental probe, tip at the origin"));
+  out.write(folder / "mouth.obj", samples::objText(mouth.parts(), "Open mouth"));
+  out.write(folder / "mouth.glb", samples::glbBytes(mouth.parts()));
+  out.write(folder / "mouth.scene.json", samples::mouthSceneText(mouth));
+  out.write(folder / "opening.scene.json", samples::mouthSceneText(mouth, samples::MouthMotion::Opening));
+  out.write(folder / "two_hands.scene.json", samples::mouthSceneText(mouth, samples::MouthMotion::TwoHands));
+  out.write(folder / "soft.scene.json", samples::mouthSceneText(mouth, samples::MouthMotion::Soft));
+  out.write(folder / "press.csv", samples::trajectoryText(samples::pressTongue()));
+  out.write(folder / "pocket.csv", samples::trajectoryText(samples::probePocket(mouth)));
   samples::Path inspection = samples::inspectTeeth(mouth);
-  writeWhole(folder / "inspection.csv", samples::trajectoryText(inspection));
+  out.write(folder / "inspection.csv", samples::trajectoryText(inspection));
   std::reverse(inspection.begin(), inspection.end());
-  writeWhole(folder / "second_hand.csv", samples::trajectoryText(inspection));
+  out.write(folder / "second_hand.csv", samples::trajectoryText(inspection));
 }
 
-void writeRobot(const std::filesystem::path& folder, const samples::RobotFiles& files) {
+void writeRobot(const std::filesystem::path& folder, const samples::RobotFiles& files, Samples& out) {
   spheretree::formats::makeFolder(folder / "meshes");
-  for (const auto& [name, bytes] : files) writeWhole(folder / name, bytes);
+  for (const auto& [name, bytes] : files) out.write(folder / name, bytes);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) try {
+  const bool force = argc > 1 && std::string(argv[1]) == "--force";
+  argc -= force, argv += force;
   const std::string first = argc > 1 ? argv[1] : "", folder_name = argv[argc - 1];
   const bool help = first == "--help" || first == "-h", mouth = argc == 3 && first == "--mouth";
   const bool robots = argc == 3 && first == "--robots";
@@ -59,24 +74,32 @@ int main(int argc, char** argv) try {
         "opening.scene.json (the jaw moves), two_hands.scene.json (a second probe moves along second_hand.csv), soft.scene.json (soft "
         "tongue, gums and cheeks), and paths of the probe: pocket.csv, inspection.csv, press.csv.\n"
         "       make_samples --robots FOLDER\nWrites two robots: sample_arm7/sample_arm7.urdf and sample_arm6/sample_arm6.urdf, with "
-        "meshes.\n",
+        "meshes.\nWith --force as the first word, files that were edited or came from elsewhere are replaced.\n",
         help ? stdout : stderr);
     return help ? 0 : 2;
   }
+  const spheretree::builder::Progress progress;
+  const spheretree::tool::RunFiles files(progress, "make_samples", force);
   const std::filesystem::path folder(folder_name);
+  Samples out;
   spheretree::formats::makeFolder(folder);
   if (mouth) {
-    writeMouth(folder);
+    writeMouth(folder, out);
+    out.commit();
     return 0;
   }
   if (robots) {
-    writeRobot(folder / "sample_arm7", samples::sampleArm7());
-    writeRobot(folder / "sample_arm6", samples::sampleArm6());
+    writeRobot(folder / "sample_arm7", samples::sampleArm7(), out);
+    writeRobot(folder / "sample_arm6", samples::sampleArm6(), out);
+    out.commit();
     return 0;
   }
-  writeWhole(folder / "molar.obj", objText(samples::makeMolar(), "Lower first molar"));
-  writeWhole(folder / "probe.obj", objText(samples::makeProbe(), "Dental probe, tip at the origin"));
+  out.write(folder / "molar.obj", objText(samples::makeMolar(), "Lower first molar"));
+  out.write(folder / "probe.obj", objText(samples::makeProbe(), "Dental probe, tip at the origin"));
+  out.commit();
   return 0;
+} catch (const spheretree::tool::UsageError& error) {
+  return spheretree::tool::explain("make_samples", spheretree::tool::kExitUsage, error.what());
 } catch (const std::exception& error) {
   std::fprintf(stderr, "make_samples: %s\n", error.what());
   return 3;

@@ -12,6 +12,8 @@
 
 #include "mouth.h"
 #include "mouth_files.h"
+#include "program_end.h"
+#include "run_files.h"
 #include "scan.h"
 #include "spheretree/formats/file_io.h"
 
@@ -64,19 +66,27 @@ void writeScans(const std::filesystem::path& folder, samples::ScanSettings setti
 }  // namespace
 
 int main(int argc, char** argv) try {
+  const bool force = argc > 1 && std::string(argv[1]) == "--force";
+  argc -= force, argv += force;
   const std::string first = argc > 1 ? argv[1] : "";
   const bool help = first == "--help" || first == "-h";
   if (help || first.empty() || first[0] == '-') {
     std::fputs(
         "Usage: make_scans FOLDER [edge=MM] [noise=MM] [seed=N] [holes=N] [missing=FDI] [crowding=MM] [double] [supernumerary] "
-        "[braces] [jagged] [all-faces]\nWrites the sample mouth as labelled scans: upper.obj, upper.json, lower.obj, lower.json.\n",
+        "[braces] [jagged] [all-faces]\nWrites the sample mouth as labelled scans: upper.obj, upper.json, lower.obj, lower.json.\n"
+        "With --force as the first word, files that were edited or came from elsewhere are replaced.\n",
         help ? stdout : stderr);
     return help ? 0 : 2;
   }
   const samples::ScanSettings settings = scanSettings(argc, argv);
+  const builder::Progress progress;
+  const tool::RunFiles files(progress, "make_scans", force);
   formats::makeFolder(first);
+  for (const char* name : {"upper.obj", "upper.json", "lower.obj", "lower.json"}) files.willMake(std::filesystem::path(first) / name);
   writeScans(first, settings);
   return 0;
+} catch (const tool::UsageError& error) {
+  return tool::explain("make_scans", tool::kExitUsage, error.what());
 } catch (const std::exception& error) {
   std::fprintf(stderr, "make_scans: %s\n", error.what());
   return 3;

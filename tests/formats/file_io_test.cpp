@@ -134,6 +134,11 @@ struct Told : FileObserver {
     lines.push_back("write " + path.filename().string() + " as " + target.filename().string() + (id ? " over it" : ""));
     if (path.filename() == "refused") throw std::logic_error("refused");
   }
+  void onComplete(const fs::path& path, const fs::path& target, const fs::path& complete, FileRole) override {
+    const std::vector<std::byte> bytes = readFile(complete, 10, FileRole::Working);
+    lines.push_back("complete " + path.filename().string() + (complete == target ? " there already: " : ": ") +
+                    std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  }
   void onWritten(const fs::path& target, FileRole) override { lines.push_back("written " + target.filename().string()); }
   void checkInterrupted() override {
     if (interrupted) throw std::runtime_error("interrupted");
@@ -159,16 +164,21 @@ TEST(FileObserver, HearsOfUserFilesThatAreReadAndOfAllThatAreWritten) {
     writeWhole(folder.path() / "link", "y", FileRole::Working);
     writeWhole("/dev/null", "z");
     EXPECT_THROW(writeWhole(folder.path() / "refused", "x"), std::logic_error);
+    WholeFiles files;
+    const std::byte y{'y'};
+    files.add(folder.path() / "a", {&y, 1});
   }
   writeWhole(folder.path() / "unheard", "x");
   const std::vector<std::string> expected{"write a as a",
-                                          "write a as a",
+                                          "complete a: x",
                                           "written a",
                                           "read link",
                                           "write link as a over it",
-                                          "write link as a over it",
+                                          "complete link: y",
                                           "written a",
-                                          "write refused as refused"};
+                                          "write refused as refused",
+                                          "write a as a over it",
+                                          "complete a there already: y"};
   EXPECT_EQ(told.lines, expected);
   EXPECT_EQ(entries(folder.path()), 3u);
 }

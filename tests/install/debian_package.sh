@@ -16,6 +16,10 @@ for file in usr/bin/spheretree usr/bin/haptic-player usr/share/man/man1/spheretr
   spheretree/runtime/runtime.h LICENSE-APACHE-2.0; do
   grep -q "$file" "$work/files" || { echo "FAILED: the package lacks $file" >&2; exit 1; }
 done
+if grep -q spheretree-tetrahedra "$work/files" && ! grep -q LICENSE-AGPL-3.0 "$work/files"; then
+  echo "FAILED: the package holds spheretree-tetrahedra without its licence" >&2
+  exit 1
+fi
 dpkg-deb -f "$package" Depends | grep -q libtbb || { echo "FAILED: the package does not say that it needs oneTBB" >&2; exit 1; }
 if grep -qE '/(voronoi_oracle|make_samples|.*_test)$' "$work/files"; then echo "FAILED: the package holds what is for tests" >&2; exit 1; fi
 dpkg-deb -x "$package" "$work/root"
@@ -24,6 +28,9 @@ dpkg-deb -x "$package" "$work/root"
 python=$(ls "$work"/python3-spheretree_*.deb 2>/dev/null) || exit 0  # built without Python
 dpkg-deb -f "$python" Depends | grep -q python3-numpy || { echo "FAILED: the Python package does not say that it needs numpy" >&2; exit 1; }
 dpkg-deb -f "$python" Depends | grep -q libtbb || { echo "FAILED: the Python package does not say that it needs oneTBB" >&2; exit 1; }
+for licence in LICENSE-APACHE-2.0 LICENSE-GPL-3.0; do
+  dpkg-deb -c "$python" | grep -q "doc/python3-spheretree/$licence" || { echo "FAILED: the Python package lacks $licence" >&2; exit 1; }
+done
 dpkg-deb -x "$python" "$work/python_root"
 grep -q dist-packages "$work/files" && { echo "FAILED: the package of the programs holds the one of Python" >&2; exit 1; }
 cd "$work"

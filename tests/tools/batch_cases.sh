@@ -468,6 +468,9 @@ case_batch_regions() {
   spot 0.0001 ""
   expect 5 batch site.scene.json -o site
   says "large: the tolerance is not met in the region spot (.* mm instead of 0.0001 mm)" err
+  expect 0 report site -o site.html
+  says "1 object of 3 missed the tolerance asked for" site.html
+  if grep -q "whole and certified" site.html; then fail "two verdicts"; fi
 }
 
 case_batch_chart() {

@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""own_files.py SPHERETREE HAPTIC_PLAYER: no output replaces a file that was read for it, or another output of the same
-run.
+"""own_files.py SPHERETREE HAPTIC_PLAYER MAKE_SAMPLES MAKE_SCANS: no output replaces a file that was read for it,
+or another output of the same run.
 
 For every verb (and the player), every output is aimed at every input, named or read because another file names it:
 under its own name where the ending fits, by another path, through a link, a hard link, a linked folder. Each time the
 program must refuse (exit code 2) and every input must have the bytes that it had. Then every two outputs of a run are
-aimed at one name. """
+aimed at one name.
+
+Outputs that the command line does not name replace only what an earlier run of the same command wrote and nobody
+edited: for every verb and each such file. """
 import json
 import os
 import shutil
@@ -16,7 +19,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-spheretree, player = (str(Path(p).resolve()) for p in sys.argv[1:3])
+spheretree, player, make_samples, make_scans = (str(Path(p).resolve()) for p in sys.argv[1:5])
 failures, runs = [], 0
 
 TETRAHEDRON = "v 0 0 0\nv 10 0 0\nv 0 10 0\nv 0 0 10\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
@@ -230,12 +233,84 @@ def allowed(template):
     folder = fresh(template)
     for words in (["build", "m.obj", "-o", "t2.stree", "--levels", 2, "--report", "r.json"], ["batch", "mine.scene.json", "-o", "bc"],
                   ["report", "bc", "-o", "p.html", "--recording", "run.csv"], ["convert", "t.stree", "c.sph"],
-                  ["compare", "m.obj", "-o", "cmp", "--builders", "cover", "--qualities", "quick", "--levels", 2]):
+                  ["compare", "m.obj", "-o", "cmp2", "--builders", "cover", "--qualities", "quick", "--levels", 2]):
         for _ in range(2):
             result = run(spheretree, *words, cwd=folder)
             if result.returncode != 0:
                 failures.append(f"{words}: exit code {result.returncode}: {result.stderr.strip()}")
     shutil.rmtree(folder)
+
+
+def unnamed_outputs(template):
+    """Each case: words that are run in a fresh folder, the folder of its outputs, and the options that replace all."""
+    quick = ["--quality", "quick"]
+    scenario = [player, "--scenario", "F7", "--out", "out", "--quality", "quick", "--share", "0.001", "--turned", "0", "--modes", "paper"]
+    cases = [("scene", [spheretree, "scene", "m.obj", "-o", "out/s.scene.json"]),
+             ("batch of meshes", [spheretree, "batch", "m.obj", "-o", "out", *quick]),
+             ("batch", [spheretree, "batch", "mine.scene.json", "-o", "out"]),
+             ("split", [spheretree, "split", "open.obj", "--labels", "labels.json", "-o", "out"]),
+             ("build of several", [spheretree, "build", "m.obj", "m.gltf", "x.obj", "-o", "out", "--levels", "2"]),
+             ("compare", [spheretree, "compare", "m.obj", "-o", "out", "--builders", "cover", "--qualities", "quick", "--levels", "2"]),
+             ("robot", [spheretree, "robot", "r.urdf", "-o", "out", "--budget", "4", *quick]),
+             ("cohort", [spheretree, "batch", "--cohort", "list.jsonl", "-o", "out"]),
+             ("scenario", scenario),
+             ("pictures", [player, "--replay", "run.csv", "--picture", "out/p.png", "--at", "0:50:25", "--size", "64x64"]),
+             ("make_samples", [make_samples, "out"]),
+             ("make_scans", [make_scans, "out", "edge=2"])]
+    for what, words in cases:
+        def attempt(folder, expected, file=None, kept=None, force=False):
+            global runs
+            runs += 1
+            forced = [words[0], "--force", *words[1:]] if words[0] in (make_samples, make_scans) else [*words, "--force"]
+            result = run(*(forced if force else words), cwd=folder)
+            if result.returncode not in expected:
+                failures.append(f"{what}, {file}: exit code {result.returncode}, not {expected}: {result.stderr.strip()}")
+            if kept is not None and (folder / file).read_bytes() != kept:
+                failures.append(f"{what}: {file} was replaced")
+            if kept is not None and 2 in expected and str(file) not in result.stderr and Path(file).name not in result.stderr:
+                failures.append(f"{what}: the message does not name {file}: {result.stderr.strip()}")
+
+        done = fresh(template)
+        if what == "build of several":  # three meshes, three names
+            shutil.copy(done / "m.gltf", done / "g.gltf")
+            shutil.copy(done / "m.obj", done / "x.obj")
+            words[3] = "g.gltf"
+        (done / "out").mkdir()
+        start = Path(tempfile.mkdtemp(dir=template.parent))
+        shutil.copytree(done, start, dirs_exist_ok=True)
+        success = (0, 5)  # a quick scenario may fall short, and a split may need more levels
+        attempt(done, success)
+        attempt(done, success)  # again, over its own files
+        files = [f for f in contents(done / "out") if "cache" not in f.parts and not f.name.startswith(".")]
+        if not files:
+            failures.append(f"{what}: wrote nothing")
+        for name in files:
+            file, mine = Path("out") / name, b"mine, and nobody else's"
+            refused = (6,) if what == "cohort" and len(name.parts) > 1 else (2,)
+            (start / file).parent.mkdir(parents=True, exist_ok=True)
+            (start / file).write_bytes(mine)
+            attempt(start, refused, file, mine)
+            if refused == (2,):
+                others = {p for p in contents(start / "out") if "cache" not in p.parts} - {name}
+                if others:
+                    failures.append(f"{what}: refused for {name}, but wrote {sorted(map(str, others))}")
+            shutil.rmtree(start / "out")
+            (start / "out").mkdir()
+            written = (done / file).read_bytes()
+            edited = written + b" "
+            (done / file).write_bytes(edited)
+            attempt(done, refused, file, edited)
+            (done / file).write_bytes(written)
+            if what == "cohort":
+                attempt(done, success)  # its log tells of the refusal
+        if files:
+            (done / "out" / files[0]).write_bytes(b"edited")
+            attempt(done, success, force=True)
+            if (done / "out" / files[0]).read_bytes() == b"edited":
+                failures.append(f"{what}: --force did not replace {files[0]}")
+            attempt(done, success)
+        shutil.rmtree(done)
+        shutil.rmtree(start)
 
 
 def main():
@@ -246,6 +321,7 @@ def main():
         named_outputs(template)
         folder_outputs(template)
         two_outputs(template)
+        unnamed_outputs(template)
         allowed(template)
     print(f"{runs} runs")
     for failure in failures:

@@ -100,13 +100,15 @@ case_compare_goes_on() {
   rm work/c/runs/a.grid.quick.json work/c/compare.json work/c/trees/b.octree.quick.stree
   printf '{"half' >work/c/runs/b.grid.quick.json
   touch -d '2001-01-01' work/c/trees/*
-  expect 0 compare a.obj b.obj -o work/c --builders octree,grid --qualities quick --levels 2
-  new=$(find work/c/trees -type f -newermt '2002-01-01' | sort | tr '\n' ' ')
+  expect 2 compare a.obj b.obj -o work/c --builders octree,grid --qualities quick --levels 2
+  says "work/c/runs/b.grid.quick.json" err  # a file that was edited
+  expect 0 compare a.obj b.obj -o work/c --builders octree,grid --qualities quick --levels 2 --force
+  new=$(find work/c/trees -name '*.stree' -newermt '2002-01-01' | sort | tr '\n' ' ')
   [ "$new" = "work/c/trees/a.grid.quick.stree work/c/trees/b.grid.quick.stree work/c/trees/b.octree.quick.stree " ] || fail "done again: $new"
   touch -d '2001-01-01' work/c/trees/*
   write_torus a.obj 13
   expect 0 compare a.obj b.obj -o work/c --builders octree,grid --qualities quick --levels 2
-  new=$(find work/c/trees -type f -newermt '2002-01-01' | sort | tr '\n' ' ')
+  new=$(find work/c/trees -name '*.stree' -newermt '2002-01-01' | sort | tr '\n' ' ')
   [ "$new" = "work/c/trees/a.grid.quick.stree work/c/trees/a.octree.quick.stree " ] || fail "after a change done again: $new"
   # Ctrl-C: finished runs are kept, and no incomplete file is there.
   write_torus large.obj 150

@@ -62,7 +62,25 @@ case_player_usage() {
     # shellcheck disable=SC2086
     expect 2 --scenario F17 $bad
   done
-  expect 0 --scenario F17 --turned 0 --device simulated --mode constrained --clock stepped --seconds 1 --json
+  # What would do nothing is refused.
+  for bad in "--seconds 3" "--mode paper" "--clock stepped" "--theme light" "--hand-from mouse"; do
+    # shellcheck disable=SC2086
+    expect 2 --scenario F17 --turned 0 $bad
+    says "^haptic-player: .*${bad%% *}" err
+  done
+  for bad in "--hand-from gamepad" "--theme dark" "--size 320x200" "--show spheres" "--from 1,2,3" "--within 5" "--follow" "--panels on" \
+    "--scale 1"; do
+    # shellcheck disable=SC2086
+    expect 2 --seconds 0.01 --clock stepped $bad
+    says "${bad%% *} is for --view" err
+  done
+  expect 2 --seconds 0.01 --clock stepped --mode paper --contact leaves
+  says "--contact is for --mode constrained" err
+  expect 2 --picture work/a.png --from 1,2
+  says "--from needs 3 values, and got 2" err
+  expect 0 --version
+  says "^haptic-player [0-9]" out
+  expect 0 --scenario F17 --turned 0 --device simulated --json
   expect 2 --scenario F99
   says "F22 (leaves)" err
   cp path.csv before

@@ -196,8 +196,8 @@ case_names() {
   for name in "a tooth" "зуб 歯" "$no_text"; do
     write_tetrahedron "$name.obj"
     mkdir "work/$name"
-    expect 0 build "$name.obj" -o "work/$name/a.stree" --levels 2 --quality quick --report "work/$name/report.json" --progress json
-    says '"schema": "spheretree.build/1"' "work/$name/report.json"
+    expect 0 build "$name.obj" -o "work/$name/a.stree" --levels 2 --quality quick --report "work/$name/built.json" --progress json
+    says '"schema": "spheretree.build/1"' "work/$name/built.json"
     expect 0 check "$name.obj" --json
     expect 4 inspect "$name.obj" --json
     says '"valid": false' out
@@ -235,6 +235,8 @@ case_evaluate() {
   is_quiet
   expect 0 evaluate mesh.obj tree.stree --no-limits --unit cm
   says "another mesh" err
+  expect 2 evaluate mesh.obj tree.sph --link x
+  says "--link is for a file of spheres with links" err
   expect 2 evaluate mesh.obj mesh.obj
   expect 2 evaluate mesh.obj tree.sph --unit yard
   expect 3 evaluate missing.obj tree.sph

@@ -89,6 +89,36 @@ case_view() {
   expect 0 view a.scene.json --picture scene.png --size 200x150
   expect 2 view tree.sph tree.sph tree.sph tree.sph tree.sph tree.sph tree.sph --picture many.png
   says "room for 6" err
+  # What is not there is not shown in another way.
+  expect 2 view tree.sph --level 5 --picture out.png
+  says "the deepest tree has the levels 0 to 1" err
+  for words in "mesh.obj --overhang" "tree.sph --overhang" "tree.sph mesh.obj --overhang" "mesh.obj --level 0" "mesh.obj --show spheres"; do
+    # shellcheck disable=SC2086
+    expect 2 view $words --picture out.png
+  done
+  mkdir -p patient
+  expect 3 view patient --picture out.png
+  says "patient: neither compare.json nor scene.json nor mouth.scene.json" err
+  cp a.scene.json patient/mouth.scene.json
+  cp object.stree mesh.obj patient
+  expect 0 view patient --picture split.png --size 200x150
+  # Measured against another mesh than its own: a warning.
+  expect 0 build mesh.obj -o own.stree --quality quick --levels 2
+  expect 0 view mesh.obj own.stree --overhang --picture own.png --size 200x150
+  if grep -q "another mesh" err; then fail "a warning for the right mesh"; fi
+  sed 's/10/11/' mesh.obj >other.obj
+  expect 0 view other.obj own.stree --overhang --picture other.png --size 200x150
+  says "own.stree was built from another mesh than other.obj" err
+  expect 0 convert own.stree own.png --mesh mesh.obj --width 200
+  if grep -q "another mesh" err; then fail "a warning for the right mesh"; fi
+  expect 0 convert own.stree own.png --mesh other.obj --width 200
+  says "own.stree was built from another mesh than other.obj" err
+  for words in "1,2" "1,2,3,4"; do
+    expect 2 view mesh.obj --picture out.png --from $words
+    says "--from needs 3 values" err
+    expect 2 convert tree.sph out.png --view $words
+    says "--view needs 3 values" err
+  done
   expect 2 view mesh.obj --picture mesh.gif
   expect 2 view mesh.obj --picture out.png --from 0,0,0
   expect 3 view gone.obj --picture out.png

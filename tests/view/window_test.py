@@ -108,6 +108,21 @@ def check_drag_and_close(folder):
     check(len(later) > 300 and later[0] > ticks[-1], "the second recording is not one of its own")
 
 
+def check_press(folder):
+    """The way of the pointer before a press, as of a pen that is put down elsewhere, moves no hand."""
+    player = open_player(folder, "--record", "press.csv", "--seconds", "4")
+    xdo("mousemove", 200, 150)
+    time.sleep(0.3)
+    for place in (400, 200, 400, 200):
+        xdo("mousemove", place, 150, "mousedown", 1)
+        time.sleep(0.1)
+        xdo("mouseup", 1)
+        time.sleep(0.1)
+    player.communicate(timeout=30)
+    x = column(folder / "press.csv", "hx_mm")
+    check(max(x) - min(x) < 0.2, f"pressing moved the hand by {max(x) - min(x)} mm")
+
+
 def check_keyboard(folder):
     player = open_player(folder, "--hand-from", "keyboard", "--record", "keys.csv", "--seconds", "6")
     xdo("mousemove", 300, 150)
@@ -143,6 +158,7 @@ def main():
             folder = Path(name)
             write_scene(folder)
             check_drag_and_close(folder)
+            check_press(folder)
             check_keyboard(folder)
             check_killed(folder, 3)
     finally:

@@ -31,4 +31,11 @@ configure_package_config_file(tools/cmake/spheretree-config.cmake.in ${CMAKE_CUR
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/spheretree-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/spheretree-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/spheretree-config-version.cmake
   DESTINATION ${package_folder})
-install(FILES LICENSE LICENSE-APACHE-2.0 LICENSE-GPL-3.0 DESTINATION ${CMAKE_INSTALL_DOCDIR})
+set(licences LICENSE LICENSE-APACHE-2.0 LICENSE-GPL-3.0)
+install(FILES ${licences} DESTINATION ${CMAKE_INSTALL_DOCDIR})
+if(TARGET spheretree-tetrahedra)
+  install(FILES LICENSE-AGPL-3.0 DESTINATION ${CMAKE_INSTALL_DOCDIR})
+endif()
+if(SPHERETREE_PYTHON)
+  install(FILES ${licences} DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/python3-spheretree COMPONENT python3_package EXCLUDE_FROM_ALL)
+endif()

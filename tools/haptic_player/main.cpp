@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -39,7 +40,7 @@ struct Options {
   std::filesystem::path out, cache, chart;
   double share = 1, seconds = 0;
   int turned = 1, threads = 0;
-  bool list = false, json = false, quiet = false, gimbal_torque = false;
+  bool force = false, list = false, json = false, quiet = false, gimbal_torque = false;
 };
 
 const std::string kProgram = "haptic-player";
@@ -63,14 +64,27 @@ auto chosen(Choose&& choose) {
   }
 }
 
-int runBench(const Options& options, WorkProgress& progress) try {
+/// Refuses options that only a window or a picture uses, or only the other mode.
+void refuseUnseenOptions(const CLI::App& cli, const Options& options) {
+  for (const char* name : {"--size", "--theme", "--show", "--from", "--within", "--follow", "--panels", "--scale"})
+    if (!options.view.isAsked() && cli.count(name) > 0) throw UsageError(std::string(name) + " is for --view and --picture");
+  if (!options.view.view && cli.count("--hand-from") > 0) throw UsageError("--hand-from is for --view");
+  if (options.mode == "paper" && cli.count("--contact") > 0)
+    throw UsageError("--contact is for --mode constrained: the published algorithm knows only leaves");
+}
+
+int runBench(const CLI::App& cli, const Options& options, WorkProgress& progress) try {
   if (!options.device.empty() && options.device != "simulated") throw UsageError("--scenario runs on the simulated device");
+  refuseUnseenOptions(cli, options);
   const std::vector<const Scenario*> scenarios = chosen([&] { return selectScenarios(options.scenario); });
   const std::vector<Mode> modes = chosen([&] { return modesOf(options.modes); });
   if (!options.chart.empty()) RunFiles().willWrite(options.chart, {".html"}, "the page");
   if (!options.out.empty()) {  // checked now, not after minutes
     RunFiles().makeFolder(options.out);
     formats::checkWritable(options.out / "stability.json");
+    RunFiles().keepOthers(options.out, [](const std::string& name) {
+      return name == "stability.json" || std::ranges::count(std::array{".stree", ".off", ".csv"}, endingOf(name)) > 0;
+    });
   }
   const builder::Quality quality = options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard;
   BodyLibrary bodies(quality, contactOf(options), progress, options.cache);
@@ -140,6 +154,7 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
   const std::string device = !options.device.empty() ? options.device : is_driven ? "simulated" : "replay";
   play_settings.device = device == "replay" ? DeviceKind::Replay : device == "phantom" ? DeviceKind::Phantom : DeviceKind::Simulated;
   refuseStrayOptions(cli, device);
+  refuseUnseenOptions(cli, options);
   if (device == "replay" && play_settings.passivity_control)
     throw UsageError("--passivity-control is not for --device replay: no hand takes up its energy");
   if (device == "replay" && play_settings.trajectory.empty()) throw UsageError("--device replay needs --trajectory IN.csv");
@@ -164,7 +179,8 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
   if (summary.is_null()) return kExitOk;  // it was a replay
   summary["notes"] = nlohmann::ordered_json::array();
   if (end == PlayEnd::Complete)
-    for (const std::string& note : notesOn(play_settings, summary["steps"].get<std::uint64_t>(), summary["largest_force_n"].get<double>()))
+    for (const std::string& note :
+         notesOn(play_settings, options.view.view, summary["steps"].get<std::uint64_t>(), summary["largest_force_n"].get<double>()))
       summary["notes"].push_back(note);
   if (options.json)
     printResult("%s\n", jsonText(summary, 1).c_str());
@@ -215,7 +231,7 @@ void addTissueOption(CLI::App& cli, Options& o, CLI::Option* scenario) {
 
 void addOptions(CLI::App& cli, Options& o) {
   cli.name(kProgram);
-  cli.set_version_flag("--version", kGenerator);
+  cli.set_version_flag("--version", kProgram + " " SPHERETREE_VERSION);
   cli.footer(
       "Examples:\n"
       "  haptic-player --seconds 5                                       the built-in scene, a simulated hand\n"
@@ -240,19 +256,22 @@ void addOptions(CLI::App& cli, Options& o) {
                  "Poses of the haptic tool (CSV), interpolated where rows are more than 1 ms apart (at most 0.1 s); with --device "
                  "simulated the poses that the hand intends")
       ->excludes(scenario);
-  cli.add_option("--mode", o.mode, "constrained, or paper: the published algorithm; default constrained. Scenarios run in both")
-      ->check(CLI::IsMember({"constrained", "paper"}));
+  cli.add_option("--mode", o.mode, "constrained, or paper: the published algorithm; default constrained. Scenarios have --modes")
+      ->check(CLI::IsMember({"constrained", "paper"}))
+      ->excludes(scenario);
   cli.add_option("--contact", o.contact, "Contact surface in constrained mode: skin, for objects that have one, or leaves")
       ->check(CLI::IsMember({"skin", "leaves"}))
       ->capture_default_str();
   addTissueOption(cli, o, scenario);
   cli.add_option("--clock", o.clock,
                  "real: 1 kHz; stepped: as fast as possible, with the same bytes every time; default real. Scenarios are stepped")
-      ->check(CLI::IsMember({"real", "stepped"}));
+      ->check(CLI::IsMember({"real", "stepped"}))
+      ->excludes(scenario);
   cli.add_option("--seconds", o.seconds,
                  "Length of the run in s, 0.001 to 86400; default: the whole trajectory, 10 s for a simulated hand, or until Ctrl-C. "
                  "Scenarios have their own lengths")
-      ->check(numberIn(0.001, 86400));
+      ->check(numberIn(0.001, 86400))
+      ->excludes(scenario);
   std::vector<std::string> hands;
   for (const device::Hand& hand : device::hands()) hands.emplace_back(hand.name);
   cli.add_option("--hand", o.play.hand, "Hand on the simulated device; default fine")->check(CLI::IsMember(hands))->excludes(scenario);
@@ -276,6 +295,10 @@ void addOptions(CLI::App& cli, Options& o) {
       ->excludes(scenario);
   addViewOptions(cli, o.view);
   cli.add_option("--record", o.play.record, "Write one row of CSV for each step; default: none")->excludes(scenario);
+  cli.add_flag(
+      "--force", o.force,
+      "With --out, or with several pictures: replace files that no earlier run wrote, or that were edited since; default: they are "
+      "refused");
   cli.add_flag("--json", o.json, "Print the summary, or the figures of the scenarios, as JSON");
   cli.add_flag("--list", o.list, "List the scenarios");
   addScenarioOptions(cli, o, scenario);
@@ -289,8 +312,8 @@ int run(const CLI::App& cli, Options& options) {
   if (options.list) return listScenarios();
   ProgressBar progress(options.progress, options.quiet);
   const InterruptGuard guard(progress);
-  const RunFiles files(progress);
-  return options.scenario.empty() ? runPlay(cli, options, progress) : runBench(options, progress);
+  const RunFiles files(progress, kProgram, options.force);
+  return options.scenario.empty() ? runPlay(cli, options, progress) : runBench(cli, options, progress);
 }
 
 int runProgram(int argc, char** argv) {

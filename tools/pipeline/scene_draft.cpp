@@ -303,7 +303,7 @@ class Drafting {
     for (int n = 2; taken.count(name) > 0; ++n) name = "ball_" + std::to_string(n);
     draft_.ball = scene_path_.parent_path() / (name + ".obj");
     const TriangleMesh mesh = ballMesh(kBallDiameter / 2);
-    draft_.ball_mesh = formats::encodeObj(mesh);
+    draft_.ball_mesh = defaultToolFile();
     draft_.scene.tool.name = name;
     draft_.scene.tool.mesh = name + ".obj";
     draft_.scene.tool.unit = "mm";
@@ -346,6 +346,8 @@ class Drafting {
 };
 
 }  // namespace
+
+std::vector<std::byte> defaultToolFile() { return formats::encodeObj(ballMesh(kBallDiameter / 2)); }
 
 SceneDraft draftScene(const SceneDraftSettings& settings, const fs::path& scene_path, MeshStore& meshes) {
   return Drafting(settings, scene_path, meshes).run();

@@ -48,4 +48,8 @@ SceneDraft draftScene(const SceneDraftSettings& settings, const std::filesystem:
 /// The pattern and the length of, for example, "tooth_*=0.1". @throws tool::UsageError
 ToleranceMatch parseToleranceMatch(const std::string& text);
 
+/// The OBJ of the ball that is the tool of a draft without one. draftScene() names it ball.obj, beside the scene,
+/// unless a part has that name.
+std::vector<std::byte> defaultToolFile();
+
 }  // namespace spheretree::pipeline

@@ -46,6 +46,10 @@ std::string explained(const CLI::ParseError& error) {
   if (text.find("At Most 1 required") != std::string::npos) return name + " is given more than once; give it once";
   const std::size_t missing = text.find(" required ");
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) && missing != std::string::npos) {
+    if (const std::size_t got = text.find(" but received "); got != std::string::npos) {  // "NAME: At least 3 required but ..."
+      const std::size_t word = text.rfind(' ', missing - 1) + 1;
+      return name + " needs " + text.substr(word, missing - word) + " values, and got " + text.substr(got + 14);
+    }
     const std::string kind = text.substr(missing + 10, text.find(' ', missing + 10) - missing - 10);
     return name + " needs a value" + (kind.empty() ? "" : " (" + kind + ")");
   }

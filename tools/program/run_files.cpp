@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "run_files.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <fstream>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -11,6 +13,7 @@
 #include <vector>
 
 #include "program_end.h"
+#include "spheretree/builder/provenance.h"
 #include "spheretree/formats/file_io.h"
 
 namespace spheretree::tool {
@@ -19,13 +22,23 @@ namespace {
 namespace fs = std::filesystem;
 using formats::FileId;
 
+constexpr const char* kRecordName = ".spheretree-files";
+
 std::mutex mutex;  // protects everything below
+
+std::span<const std::byte> bytesOf(std::string_view text) { return std::as_bytes(std::span<const char>(text.data(), text.size())); }
+
+std::vector<std::byte> contentOf(const fs::path& file) {
+  return formats::readFile(file, formats::kMaxFileBytes, formats::FileRole::Working);
+}
 
 /// The files that the run has read and written so far, and those that it will write.
 class Ledger : public formats::FileObserver {
  public:
   int users = 0;
   const builder::Progress* progress = nullptr;
+  std::string command;
+  bool force = false;
   bool stdin_used = false, stdout_used = false;
 
   void onRead(const fs::path& path, const FileId& id) override {
@@ -40,6 +53,12 @@ class Ledger : public formats::FileObserver {
       throw UsageError(path.string() + ": was written by this run already. Give each output a name of its own.");
   }
 
+  void onComplete(const fs::path& path, const fs::path& target, const fs::path& complete, formats::FileRole role) override {
+    if (complete != target) onWrite(path, target, formats::idOf(target), role);
+    const std::lock_guard lock(mutex);
+    if (made_files_.count(target) > 0) note(target, contentOf(complete));
+  }
+
   void onWritten(const fs::path& target, formats::FileRole role) override {
     const std::lock_guard lock(mutex);
     if (role == formats::FileRole::User) written_.insert(target);
@@ -51,6 +70,30 @@ class Ledger : public formats::FileObserver {
 
   void declareRead(const fs::path& path) {
     if (const std::optional<FileId> id = formats::idOf(path)) read_.emplace(*id, path);
+  }
+
+  /// The record is only added to, by one write for each line: shards may share a folder.
+  void note(const fs::path& target, std::span<const std::byte> bytes) {
+    const std::string line = lineOf(target, bytes);
+    if (isNoted(target, line)) return;
+    const fs::path record = target.parent_path() / kRecordName;
+    const int file = ::open(record.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0666);
+    const std::string text = line + '\n';
+    const bool is_written = file >= 0 && ::write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+    if (file >= 0) ::close(file);
+    if (!is_written) throw formats::FileError(record.string() + ": cannot be written. Check its permissions and the space on the disk.");
+  }
+
+  void declareMade(const fs::path& path, std::span<const std::byte> bytes) {
+    const fs::path target = formats::linkTarget(path);
+    made_files_.insert(target);
+    if (force || !formats::idOf(target)) return;  // a device or a pipe loses nothing
+    const std::vector<std::byte> there = contentOf(target);
+    if (!bytes.empty() && std::equal(there.begin(), there.end(), bytes.begin(), bytes.end())) return;
+    if (isNoted(target, lineOf(target, there))) return;
+    throw UsageError(path.string() +
+                     ": is no unedited result of an earlier run of this command, so it is not replaced. Move it away, write to another "
+                     "folder, or give --force to replace it.");
   }
 
   void makeFolder(const fs::path& folder) {
@@ -93,15 +136,28 @@ class Ledger : public formats::FileObserver {
       throw UsageError(path.string() + ": would be written over " + input->second.string() + ", which is read. Give another name.");
   }
 
+  std::string lineOf(const fs::path& target, std::span<const std::byte> bytes) const {
+    std::string text = command + '\0' + target.filename().string() + '\0' + toHex(builder::bytesHash(bytes));
+    return toHex(builder::bytesHash(bytesOf(text)));
+  }
+
+  static bool isNoted(const fs::path& target, const std::string& wanted) {
+    std::ifstream record(target.parent_path() / kRecordName);
+    for (std::string line; std::getline(record, line);)
+      if (line == wanted) return true;
+    return false;
+  }
+
   std::map<FileId, fs::path> read_;
   std::map<fs::path, Output> declared_;  // by the path with links followed
   std::set<fs::path> written_;
-  std::vector<fs::path> made_;  // folders that the run made, each after the one that it is in
+  std::set<fs::path> made_files_;  // outputs that the command line does not name, with links followed
+  std::vector<fs::path> made_;     // folders that the run made, each after the one that it is in
 };
 
 std::unique_ptr<Ledger> ledger;
 
-void enter(const builder::Progress* progress) {
+void enter(const builder::Progress* progress, const std::string& command = {}, bool force = false) {
   const std::lock_guard lock(mutex);
   if (!ledger) {
     ledger = std::make_unique<Ledger>();
@@ -109,6 +165,8 @@ void enter(const builder::Progress* progress) {
   }
   ++ledger->users;
   if (!ledger->progress) ledger->progress = progress;
+  if (ledger->command.empty()) ledger->command = command;
+  ledger->force = ledger->force || force;
 }
 
 }  // namespace
@@ -116,6 +174,8 @@ void enter(const builder::Progress* progress) {
 RunFiles::RunFiles() { enter(nullptr); }
 
 RunFiles::RunFiles(const builder::Progress& progress) { enter(&progress); }
+
+RunFiles::RunFiles(const builder::Progress& progress, const std::string& command, bool force) { enter(&progress, command, force); }
 
 RunFiles::~RunFiles() {
   const std::lock_guard lock(mutex);
@@ -151,6 +211,31 @@ void RunFiles::willWrite(const fs::path& output, std::initializer_list<const cha
   if (isDash(output) && !is_text && ::isatty(STDOUT_FILENO))
     throw UsageError("standard output is a terminal, and " + what + " is no text. Redirect it, or name a file.");
   willWrite(output);
+}
+
+void RunFiles::willMake(const fs::path& output, std::span<const std::byte> bytes) const {
+  if (output.empty()) return;
+  willWrite(output);
+  const std::lock_guard lock(mutex);
+  ledger->declareMade(output, bytes);
+}
+
+void RunFiles::keepEdits(const fs::path& output) const {
+  const std::lock_guard lock(mutex);
+  ledger->declareMade(output, {});
+}
+
+void RunFiles::keepOthers(const fs::path& folder, const std::function<bool(const std::string&)>& may_be_made) const {
+  std::error_code none;
+  std::set<fs::path> found;
+  for (fs::directory_iterator at(folder.empty() ? "." : folder, none), end; !none && at != end; at.increment(none))
+    if (may_be_made(at->path().filename().string())) found.insert(folder / at->path().filename());
+  for (const fs::path& file : found) keepEdits(file);
+}
+
+void RunFiles::willHold(const fs::path& output, std::string_view text) const {
+  const std::lock_guard lock(mutex);
+  ledger->note(formats::linkTarget(output), bytesOf(text));
 }
 
 void RunFiles::makeFolder(const fs::path& folder) const {

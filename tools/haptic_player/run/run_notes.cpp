@@ -36,12 +36,12 @@ double referenceDistance(const formats::SceneFile& scene, const std::filesystem:
 
 }  // namespace
 
-std::vector<std::string> notesOn(const PlaySettings& settings, std::uint64_t steps, double largest_force_n) {
+std::vector<std::string> notesOn(const PlaySettings& settings, bool is_steered, std::uint64_t steps, double largest_force_n) {
   std::vector<std::string> notes;
   std::optional<formats::SceneFile> scene;
   if (!settings.scene.empty()) scene = formats::readScene(settings.scene);
   const double seconds = static_cast<double>(steps) / 1000;
-  const bool is_tour = settings.device == DeviceKind::Simulated && settings.trajectory.empty();
+  const bool is_tour = settings.device == DeviceKind::Simulated && settings.trajectory.empty() && !is_steered;
   if (is_tour) {
     const std::size_t objects = scene ? scene->objects.size() : 1;
     const auto visited = static_cast<std::size_t>(std::ceil(seconds / kTourStopSeconds));

@@ -9,6 +9,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "run_files.h"
 #include "scenarios/parallel_jobs.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/sphere_tree_file.h"
@@ -75,6 +76,7 @@ void runInMode(const Scenario& scenario, ScenarioContext& context, const std::fi
   if (!folder.empty() && !run.outcome.recording.empty()) {
     formats::makeFolder(folder);
     run.recording = scenario.id + "." + std::string(name(run.mode)) + ".csv";
+    tool::RunFiles().willMake(folder / run.recording);
     formats::writeWhole(folder / run.recording, recordingText(run.outcome));
   }
   std::vector<RecordedStep>().swap(run.outcome.recording);
@@ -285,6 +287,7 @@ nlohmann::ordered_json stabilityJson(const std::vector<ScenarioResult>& results,
 }
 
 void writeStability(const std::filesystem::path& folder, const std::vector<ScenarioResult>& results, builder::Quality quality) {
+  const tool::RunFiles files;
   formats::makeFolder(folder);
   std::set<const Body*> bodies;  // order of addresses; each body makes files of its own
   for (const ScenarioResult& r : results) {
@@ -293,9 +296,11 @@ void writeStability(const std::filesystem::path& folder, const std::vector<Scena
     for (const PlacedBody& object : leading(r).objects) bodies.insert(object.body);
   }
   for (const Body* body : bodies) {
+    for (const char* ending : {".stree", ".off"}) files.willMake(folder / (body->name + ending));
     formats::writeSphereTree(folder / (body->name + ".stree"), body->tree);
     formats::writeWhole(folder / (body->name + ".off"), offText(body->mesh));
   }
+  files.willMake(folder / "stability.json");
   formats::writeWhole(folder / "stability.json", stabilityJson(results, quality).dump(1) + '\n');
 }
 

@@ -8,6 +8,7 @@
 
 #include "program_end.h"
 #include "run/servo_loop.h"
+#include "run_files.h"
 #include "spheretree/formats/file_io.h"
 #include "view/run_panel.h"
 
@@ -53,7 +54,9 @@ std::filesystem::path pictureName(const std::filesystem::path& out, const Pictur
 }
 
 void drawPicture(view::PictureMaker& maker, const PictureSettings& settings, std::uint64_t step) {
-  formats::writeWhole(pictureName(settings.out, settings.steps, step), view::encodePng(maker.draw()));
+  const std::filesystem::path name = pictureName(settings.out, settings.steps, step);
+  if (!settings.steps.isOne()) tool::RunFiles().willMake(name);
+  formats::writeWhole(name, view::encodePng(maker.draw()));
 }
 
 void PictureObserver::onScene(const runtime::SceneDescription& scene) {

@@ -55,7 +55,12 @@ void checkPictures(const ViewOptions& o) {
   const tool::RunFiles files;
   const PictureSettings pictures = picturesOf(o);
   files.willWrite(o.picture, {".png"}, "the picture", false);
-  if (!pictures.steps.isOne()) files.willWrite(pictureName(o.picture, pictures.steps, pictures.steps.first));
+  if (pictures.steps.isOne()) return;
+  const std::string before = o.picture.stem().string() + ".", after = o.picture.extension().string();
+  files.keepOthers(o.picture.parent_path(), [&](const std::string& name) {
+    return name.size() > before.size() + after.size() && name.starts_with(before) && name.ends_with(after) &&
+           name.find_first_not_of("0123456789", before.size()) == name.size() - after.size();
+  });
 }
 
 }  // namespace spheretree::player

@@ -32,7 +32,9 @@ void applyPointer(ViewerState& state, const Layout& layout) {
   const ImGuiIO& io = ImGui::GetIO();
   if (io.WantCaptureMouse) return;
   const Viewport pane = paneUnder(layout, io.MousePos);
-  const double right = static_cast<double>(io.MouseDelta.x), down = static_cast<double>(io.MouseDelta.y);
+  // In the frame of the press, the way to its place belongs to no drag: a pen or a touch screen jumps there.
+  const bool is_press = io.MouseClicked[0] || io.MouseClicked[1] || io.MouseClicked[2];
+  const double right = is_press ? 0 : static_cast<double>(io.MouseDelta.x), down = is_press ? 0 : static_cast<double>(io.MouseDelta.y);
   const bool drives = movesHand(state) && !io.KeyCtrl;
   const bool left_button = io.MouseDown[0], right_button = io.MouseDown[1], middle_button = io.MouseDown[2];
   if (drives && left_button) state.hand->drag(right, down, state.camera, pane);

@@ -149,11 +149,11 @@ void lookUp(std::vector<BatchItem>& items, const TreeCache& cache, const builder
 
 /// After all inputs are read and before the first build: declares everything that writeResults() writes.
 void declareOutputs(const BatchSettings& settings, const Task& task, const std::vector<BatchItem>& items, const tool::RunFiles& files) {
-  if (settings.draft) files.willWrite(task.path);
-  files.willWrite(task.draft.ball);
-  for (const char* name : {"scene.json", "report.json"}) files.willWrite(settings.folder / name);
+  if (settings.draft) files.willMake(task.path);
+  files.willMake(task.draft.ball, task.draft.ball_mesh);
+  for (const char* name : {"scene.json", "report.json"}) files.willMake(settings.folder / name);
   for (const BatchItem& item : items)
-    if (item.status != ItemStatus::Failed) files.willWrite(settings.folder / item.treeName());
+    if (item.status != ItemStatus::Failed) files.willMake(settings.folder / item.treeName());
 }
 
 }  // namespace

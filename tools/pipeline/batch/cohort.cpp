@@ -108,19 +108,6 @@ void readLog(const fs::path& path, std::map<std::string, PatientResult>& patient
   }
 }
 
-/// The log is written from the first patient on, before the inputs of the others are known, so it may replace only a
-/// log. @throws tool::UsageError
-void refuseOtherFiles(const fs::path& log) {
-  std::error_code none;
-  if (!fs::exists(log, none) || fs::file_size(log, none) == 0) return;
-  std::ifstream file(log);
-  std::string line;
-  std::getline(file, line);
-  const Json first = Json::parse(line, nullptr, false);
-  if (!first.is_object() || first.value("schema", Json()) != kCohortSchema)
-    throw tool::UsageError(log.string() + ": is not a cohort log, and would be replaced by one. Move it away, or give another -o.");
-}
-
 }  // namespace
 
 const char* nameOf(PatientState state) { return kStateNames[static_cast<std::size_t>(state)]; }
@@ -174,17 +161,19 @@ std::vector<PatientResult> runCohort(const CohortSettings& settings, tool::WorkP
   files.makeFolder(settings.folder);
   const fs::path log_path =
       settings.folder / ("cohort." + std::to_string(settings.shard.index) + "-of-" + std::to_string(settings.shard.count) + ".jsonl");
-  files.willWrite(log_path);
-  refuseOtherFiles(log_path);
+  files.willMake(log_path);
   const auto of = static_cast<std::size_t>(std::count(shard_of.begin(), shard_of.end(), settings.shard.index));
   std::vector<PatientResult> results;
   formats::writeWhole(log_path, std::string());
   std::ofstream log(log_path, std::ios::app);
+  std::string whole_log;
   for (std::size_t i = 0; i < patients.size(); ++i) {
     if (shard_of[i] != settings.shard.index) continue;
     PatientResult result = runPatient(settings, patients[i], progress);
     result.work = work[i];
-    log << toJson(result).dump(-1, ' ', false, Json::error_handler_t::replace) << std::endl;  // flushed, for programs that wait for it
+    const std::string line = toJson(result).dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+    files.willHold(log_path, whole_log += line);
+    log << line << std::flush;  // for programs that wait for it
     if (!log) throw formats::FileError(log_path.string() + ": a line cannot be written. Is the disk full?");
     results.push_back(std::move(result));
     tell(results.back(), results.size(), of);

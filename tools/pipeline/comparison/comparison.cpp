@@ -243,13 +243,13 @@ namespace {
 
 /// Before the first build: declares everything that runComparison() writes.
 void declareOutputs(const std::vector<ComparedMesh>& meshes, const ComparisonSettings& settings, const tool::RunFiles& files) {
-  for (const char* name : {"compare.csv", "compare.json"}) files.willWrite(settings.folder / name);
+  for (const char* name : {"compare.csv", "compare.json"}) files.willMake(settings.folder / name);
   for (const ComparedMesh& mesh : meshes) {
-    files.willWrite(fileOf(settings.folder, mesh.name));
+    files.willMake(fileOf(settings.folder, mesh.name));
     for (const Method& method : settings.methods) {
       const std::string id = mesh.name + "." + idOf(method);
-      files.willWrite(fileOf(settings.folder, id));
-      files.willWrite(settings.folder / "trees" / (id + ".stree"));
+      files.willMake(fileOf(settings.folder, id));
+      files.willMake(settings.folder / "trees" / (id + ".stree"));
     }
   }
 }

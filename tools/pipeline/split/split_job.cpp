@@ -259,8 +259,6 @@ class Writing {
     Json jaws = Json::array();
     for (const Jaw& jaw : jaws_) jaws.push_back(toJson(jaw));
     result_.report["jaws"] = std::move(jaws);
-    files.willWrite(scene_path);
-    files.willWrite(report_path);
     SceneDraftSettings draft;
     draft.tolerance_mm = kToothTolerance;
     draft.matches = {{"gum*", kGumTolerance}};
@@ -268,7 +266,7 @@ class Writing {
     for (const Jaw& jaw : jaws_)
       for (std::size_t i = 0; i < jaw.part_names.size(); ++i) {
         const fs::path path = settings_.folder / (jaw.part_names[i] + ".ply");
-        files.willWrite(path);
+        files.willMake(path);
         note(jaw, i);
         if (!jaw.split.parts[i].is_sound) continue;
         draft.files.push_back(path);
@@ -335,6 +333,11 @@ SplitJobResult runSplit(const SplitJobSettings& settings, builder::Progress& pro
   std::vector<ScanInput> inputs = readScans(settings, progress);
   files.makeFolder(settings.folder);
   files.willWrite(settings.marked, {".glb"}, "the marked mesh", false);  // it may be in the folder
+  for (const char* name : {"mouth.scene.json", "split.json"}) files.willMake(settings.folder / name);
+  files.willMake(settings.folder / "ball.obj", defaultToolFile());  // no part has this name
+  files.keepOthers(settings.folder, [](const std::string& name) {
+    return name.ends_with(".ply") && (name.starts_with("tooth_") || name.starts_with("label_") || name.starts_with("gum"));
+  });
   std::vector<Jaw> jaws;
   std::set<std::string> taken;
   for (std::size_t i = 0; i < settings.scans.size(); ++i) {

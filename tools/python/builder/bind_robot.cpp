@@ -92,12 +92,13 @@ std::unique_ptr<PythonRobot> coveredRobot(const fs::path& urdf, std::optional<do
 }
 
 std::vector<std::string> write(const PythonRobot& self, const fs::path& folder, const std::optional<fs::path>& srdf,
-                               const std::optional<fs::path>& merge) {
-  const tool::RunFiles files;
+                               const std::optional<fs::path>& merge, bool force) {
+  const builder::Progress progress;
+  const tool::RunFiles files(progress, "robot", force);
   robot::makeRobotFolders(folder, files);
   for (const fs::path& input : {self.robot.path, srdf.value_or(""), merge.value_or("")})
     if (!input.empty()) files.willRead(input);
-  for (const fs::path& name : robot::robotFileNames(self.robot)) files.willWrite(folder / name);
+  for (const fs::path& name : robot::robotFileNames(self.robot)) files.willMake(folder / name);
   std::vector<std::string> names;
   for (const fs::path& name : robot::writeRobotFiles({self.robot, self.cover, self.pairs, srdf.value_or(""), merge.value_or("")}, folder))
     names.push_back(name.string());
@@ -163,9 +164,11 @@ void bindRobot(py::module_& module) {
           },
           "Pairs of links that need no check against each other: (link, link, \"adjacent\", \"always\" or \"never\"), proven.")
       .def("write", &write, py::arg("folder"), py::kw_only(), py::arg("srdf") = py::none(), py::arg("merge") = py::none(),
+           py::arg("force") = false,
            R"(Writes the spheres in the formats of planners and simulators (docs/robots.md) into a folder, created if missing.
 
 srdf: an SRDF whose groups, states and pairs are copied. merge: an XRDF or configuration of cuRobo whose other keys are copied.
+force: replace files that were edited, or that neither this nor `spheretree robot` wrote; otherwise UsageError names them.
 Returns the names of the files, relative to the folder. Raises FileError, FormatError, UsageError.)");
   module.def("robot", &coveredRobot, py::arg("urdf"), py::kw_only(), py::arg("tolerance") = py::none(), py::arg("budget") = py::none(),
              py::arg("links") = std::map<std::string, std::size_t>(), py::arg("packages") = std::vector<fs::path>(),

@@ -220,6 +220,7 @@ class RobotSpheres:
         *,
         srdf: Union[str, PathLike[str], None] = ...,
         merge: Union[str, PathLike[str], None] = ...,
+        force: bool = ...,
     ) -> List[str]: ...
 
 def robot(

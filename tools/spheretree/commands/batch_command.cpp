@@ -33,7 +33,9 @@ using pipeline::Shard;
 void printBudget(const BudgetResult& result) {
   printResult("budget: %.6g of %.6g %s", result.spent, result.budget.amount,
               result.budget.is_time ? "us a step (99th percentile, by the model)" : "leaves");
-  if (result.worst_ratio) printResult("; largest error %.4g times its tolerance (in mm where there is no tolerance)", *result.worst_ratio);
+  if (result.worst_ratio)
+    printResult("; the largest error is %.4g times the tolerance of its object, or that many mm where the scene gives none",
+                *result.worst_ratio);
   printResult("\n");
   if (!result.met) say("spheretree: the budget is not met; the cheapest trees found were written. Allow more.");
 }
@@ -318,6 +320,7 @@ void addBatchCommand(Program& program) {
   addDraftOptions(*app, all->draft);
   app->add_flag("--dry-run", options->dry_run, "Only list the trees that would be built, and write nothing; default: off");
   addThreads(*app, options->threads);
+  addForce(*app, program);
 }
 
 }  // namespace spheretree::tool

@@ -272,7 +272,10 @@ int runBuild(const BuildOptions& options, bool quiet, builder::Progress& progres
   const RunFiles files;
   const std::vector<BuildOptions> trees = treesOf(options);
   if (trees.size() > 1) files.makeFolder(options.output);
-  for (const BuildOptions& tree : trees) checkOptions(tree, files);
+  for (const BuildOptions& tree : trees) {
+    checkOptions(tree, files);
+    if (tree.output != options.output) files.keepEdits(tree.output);  // named by its mesh
+  }
   if (trees.size() == 1) return buildOne(trees[0], quiet, progress);
   int code = kExitOk;
   for (const BuildOptions& tree : trees) {
@@ -369,6 +372,7 @@ void addBuildCommand(Program& program) {
   addThreads(*app, options->settings.threads);
   app->add_option("--report", options->report, "Also write the settings, hashes, figures of each level and seconds as JSON; default: none")
       ->type_name("FILE");
+  addForce(*app, program);
 }
 
 }  // namespace spheretree::tool

@@ -57,7 +57,7 @@ void addTalkOptions(CLI::App& app, Program& program, const std::string& group) {
 int runVerb(Program& program) {
   ProgressBar progress(program.progress, program.quiet);
   const InterruptGuard guard(progress);
-  const RunFiles files(progress);
+  const RunFiles files(progress, program.cli.get_subcommands().front()->get_name(), program.force);
   return program.run(progress);
 }
 
@@ -70,6 +70,11 @@ CLI::App* addVerb(Program& program, const std::string& verb, const std::string& 
   addTalkOptions(*app, program, "Options of every verb");
   app->callback([&program, run = std::move(run)] { program.run = run; });
   return app;
+}
+
+void addForce(CLI::App& app, Program& program) {
+  app.add_flag("--force", program.force,
+               "Replace files that no earlier run of this command wrote, or that were edited since; default: they are refused");
 }
 
 int runProgram(Program& program, int argc, char** argv) {
@@ -87,7 +92,7 @@ int runProgram(Program& program, int argc, char** argv) {
     if (wroteReference(cli, {argv + 1, argv + argc}, kGenerator)) return kExitOk;
     std::vector<std::string> words = wordsOf(argc, argv);
     if (argc == 3 && std::string_view(argv[1]) == "help" && std::string_view(argv[2]) == "scene") {
-      writeResult(kSceneHelp);
+      writeResult(cli.get_subcommand("scene")->help() + "\n" + std::string(kSceneHelp));
       return kExitOk;
     }
     cli.parse(words);

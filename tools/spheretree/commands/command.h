@@ -17,7 +17,7 @@ inline const std::string kProgram = "spheretree";
 struct Program {
   CLI::App cli{"Builds, checks and measures certified sphere-trees of triangle meshes."};
   std::string progress = "auto";
-  bool quiet = false;
+  bool quiet = false, force = false;
   /// Returns an exit code; results go to stdout or to files, messages to stderr.
   std::function<int(WorkProgress&)> run;
 };
@@ -26,6 +26,9 @@ struct Program {
 /// the verb is selected.
 CLI::App* addVerb(Program& program, const std::string& verb, const std::string& description, const std::string& example,
                   std::function<int(WorkProgress&)> run);
+
+/// --force, for a verb that writes files which the command line does not name.
+void addForce(CLI::App& app, Program& program);
 
 void addBatchCommand(Program& program);
 void addBuildCommand(Program& program);

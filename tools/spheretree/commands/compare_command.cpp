@@ -131,10 +131,10 @@ void addSpheres(const CompareOptions& options, std::vector<ComparedMesh>& meshes
 /// Declares what this command writes in addition to pipeline::runComparison().
 void declareOutputs(const CompareOptions& options, const std::vector<ComparedMesh>& meshes, const RunFiles& files) {
   const fs::path& folder = options.settings.folder;
-  files.willWrite(folder / "index.html");
+  files.willMake(folder / "index.html");
   for (const char* ending : {".svg", ".pdf"}) {
-    files.willWrite(folder / (std::string("comparison") + ending));
-    for (const ComparedMesh& mesh : meshes) files.willWrite(folder / (mesh.name + ending));
+    files.willMake(folder / (std::string("comparison") + ending));
+    for (const ComparedMesh& mesh : meshes) files.willMake(folder / (mesh.name + ending));
   }
 }
 
@@ -233,6 +233,7 @@ void addCompareCommand(Program& program) {
   addUnit(*app, options->unit);
   addSeed(*app, options->settings.build.seed, "all random choices");
   addThreads(*app, options->settings.build.threads);
+  addForce(*app, program);
 }
 
 }  // namespace spheretree::tool

@@ -34,13 +34,15 @@ struct ConvertOptions {
 
 const std::vector<std::string> kKinds{"stree", "sph", "json", "csv", "yaml", "glb", "png"};
 
-std::vector<std::byte> pictureOf(const SphereTree& tree, SphereKind kind, const ConvertOptions& options) {
+std::vector<std::byte> pictureOf(const SphereTree& tree, SphereKind kind, const ConvertOptions& options, bool quiet) {
   PictureSettings settings;
   if (!options.view.empty()) std::copy(options.view.begin(), options.view.end(), settings.view.begin());
   if (options.width > 0) settings.width = options.width;
   if (options.mesh.empty()) return drawPicture(nullptr, tree, kind, settings);
   const double unit = tree.provenance.unit_mm;
   const TriangleMesh mesh = formats::readMesh(options.mesh, unit, unit == 1 ? formats::unitInMm("m") : unit).mesh;
+  if (const std::string warning = otherMeshWarning(tree, options.input, mesh, options.mesh); !quiet && !warning.empty())
+    say("spheretree: warning: " + warning);
   return drawPicture(&mesh, tree, kind, settings);
 }
 
@@ -61,7 +63,7 @@ void refuseStrayOptions(const ConvertOptions& options, const std::string& to) {
 }
 
 /// The content of the output; `to`: its extension.
-std::vector<std::byte> converted(const SphereTree& tree, const ConvertOptions& options, const std::string& to) {
+std::vector<std::byte> converted(const SphereTree& tree, const ConvertOptions& options, const std::string& to, bool quiet) {
   const SphereKind kind = options.spheres == "bound" ? SphereKind::Bound : SphereKind::Cover;
   if (options.level >= tree.levelCount())
     throw UsageError("--level " + std::to_string(options.level) + ": the tree has the levels 0 to " +
@@ -79,11 +81,11 @@ std::vector<std::byte> converted(const SphereTree& tree, const ConvertOptions& o
   if (to == ".csv") return bytesOf(formats::sphereListCsv(tree, list));
   if (to == ".yaml") return bytesOf(formats::sphereListYaml(tree, list));
   if (to == ".json") return bytesOf(options.level >= 0 ? formats::sphereListJson(tree, list) : formats::writeTreeJson(tree));
-  if (to == ".png") return pictureOf(tree, kind, options);
+  if (to == ".png") return pictureOf(tree, kind, options, quiet);
   return formats::encodeGlb(tree, kind, options.level >= 0 ? std::optional(options.level) : std::nullopt);
 }
 
-int runConvert(const ConvertOptions& options, builder::Progress& progress) {
+int runConvert(const ConvertOptions& options, bool quiet, builder::Progress& progress) {
   const RunFiles files;
   const std::string to = options.to.empty() ? endingOf(options.output) : "." + options.to;
   if (to.empty() && isDash(options.output))
@@ -98,7 +100,7 @@ int runConvert(const ConvertOptions& options, builder::Progress& progress) {
   SphereTree tree = readTree(options.input);
   if (tree.provenance.generator.empty()) tree.provenance.generator = kGenerator;
   progress.check();
-  const std::vector<std::byte> bytes = converted(tree, options, to);
+  const std::vector<std::byte> bytes = converted(tree, options, to, quiet);
   clearProgressLine();
   formats::writeWhole(options.output, bytes);
   return kExitOk;
@@ -111,7 +113,7 @@ void addConvertCommand(Program& program) {
   CLI::App* app = addVerb(program, "convert",
                           "Convert a tree: .stree, .sph or .json to these, a list of spheres (.csv, .yaml), .glb or a picture (.png)",
                           "spheretree convert tooth.stree tooth.glb --spheres cover",
-                          [options](builder::Progress& progress) { return runConvert(*options, progress); });
+                          [options, &program](builder::Progress& progress) { return runConvert(*options, program.quiet, progress); });
   app->add_option("IN", options->input, "Tree to read; its ending gives its kind: .stree, .sph or .json")->required()->type_name("FILE");
   app->add_option("OUT,-o,--output", options->output,
                   "File to write; its ending gives its kind: .stree, .sph, .json, .csv, .yaml, .glb or .png")

@@ -76,7 +76,11 @@ void printText(const EvaluateOptions& options, std::size_t triangles, const buil
 
 /// A tree, or the spheres of one link as one level.
 SphereTree readTreeOrSpheres(const EvaluateOptions& options) {
-  if (isDash(options.tree) || !robot::isSphereFile(options.tree)) return readTree(options.tree);
+  if (isDash(options.tree) || !robot::isSphereFile(options.tree)) {
+    if (!options.link.empty())
+      throw UsageError("--link is for a file of spheres with links. " + options.tree.string() + " is a tree. Leave it out.");
+    return readTree(options.tree);
+  }
   const robot::SphereFile file = robot::readSphereFile(options.tree, spheresUnit(options.spheres_unit));
   return robot::levelOf(robot::setOf(file, options.tree, options.link));
 }
@@ -142,10 +146,8 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
   mesh = repaired.mesh;
   if (const std::string warning = sizeWarning(options, mesh, tree); !program.quiet && !warning.empty())
     say("spheretree: warning: " + warning);
-  const Hash128& made_of = tree.provenance.mesh_hash;
-  if (!program.quiet && made_of != Hash128{} && made_of != builder::meshHash(mesh))
-    say("spheretree: warning: " + formats::shownName(options.tree) + " was built from another mesh than " +
-        formats::shownName(options.mesh) + " (or with another --unit, --parts or --repair). The figures compare the two files as given.");
+  if (const std::string warning = otherMeshWarning(tree, options.tree, mesh, options.mesh); !program.quiet && !warning.empty())
+    say("spheretree: warning: " + warning);
   options.settings.limits = !options.no_limits;
   builder::Evaluation evaluation;
   try {

@@ -51,6 +51,9 @@ Report makeReport(const ReportOptions& options, builder::Progress& progress) {
     return report;
   }
   if (fs::exists(in / "stability.json", none)) return stabilityReport(in, kMaxBytes, progress);
+  for (const fs::directory_entry& entry : fs::directory_iterator(in, none))
+    if (const std::string name = entry.path().filename().string(); name.starts_with("cohort.") && name.ends_with(".jsonl"))
+      throw UsageError(in.string() + ": is the folder of a cohort. Add --cohort.");
   throw formats::FileError(in.string() +
                            ": neither report.json (batch) nor compare.json nor stability.json is in this folder. Name the folder that one "
                            "of these programs wrote.");

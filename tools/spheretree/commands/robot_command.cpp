@@ -104,7 +104,7 @@ int runRobot(const RobotOptions& options, bool quiet, builder::Progress& progres
   auto [robot, shapes] = readRobot(options.input, progress);
   const robot::CoverSettings settings = settingsOf(options, robot);
   robot::makeRobotFolders(options.folder, files);
-  for (const fs::path& name : robot::robotFileNames(robot)) files.willWrite(options.folder / name);
+  for (const fs::path& name : robot::robotFileNames(robot)) files.willMake(options.folder / name);
   const std::vector<std::string> file_notes = robot::robotFiles({robot, {}, {}, options.srdf, options.merge}, options.folder).notes;
   if (!quiet)
     for (const std::vector<std::string>* notes : {&std::as_const(robot.notes), &file_notes})
@@ -192,6 +192,7 @@ void addRobotCommand(Program& program) {
       ->check(CLI::IsMember({"auto", "off", "wrap"}));
   addSeed(*app, options->settings.seed, "all random choices");
   addThreads(*app, options->settings.threads);
+  addForce(*app, program);
 }
 
 }  // namespace spheretree::tool

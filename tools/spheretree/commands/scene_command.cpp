@@ -25,11 +25,12 @@ int runScene(const SceneOptions& options, bool quiet, builder::Progress& progres
     files.willRead(input);
   }
   files.willWrite(options.output, {".json"}, "the scene");
+  if (!isDash(options.output)) files.keepEdits(options.output);
   if (isDash(options.output)) throw UsageError("a scene names its mesh files relative to its own folder. Give -o the name of a file.");
   progress.stage("read");
   pipeline::MeshStore meshes;
   const pipeline::SceneDraft draft = draftScene(options.draft, options.output, meshes);
-  if (!draft.ball.empty()) files.willWrite(draft.ball);
+  files.willMake(draft.ball, draft.ball_mesh);
   clearProgressLine();
   if (!quiet)
     for (const std::string& note : draft.notes) say("spheretree: " + note);
@@ -60,6 +61,7 @@ void addSceneCommand(Program& program) {
       ->type_name("MM")
       ->check(numberIn(1e-9, formats::kMaxSceneLength));
   addDraftOptions(*app, options->draft);
+  addForce(*app, program);
 }
 
 }  // namespace spheretree::tool

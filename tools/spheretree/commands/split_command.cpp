@@ -106,6 +106,7 @@ void addSplitCommand(Program& program) {
   app->add_flag("--json", options->json, "Print split.json in place of a summary; default: off");
   app->add_option("--marked", options->job.marked, "GLB of all parts that marks the surfaces added to the scan; default: none")
       ->type_name("FILE");
+  addForce(*app, program);
 }
 
 }  // namespace spheretree::tool

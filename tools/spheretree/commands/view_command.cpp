@@ -7,6 +7,7 @@
 #include "run_files.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
+#include "terminal.h"
 
 #ifdef SPHERETREE_VIEW
 #include "draw/offscreen.h"
@@ -44,6 +45,22 @@ void setLook(view::ViewerState& state, const ViewCommand& o) {
   state.panels = o.panels == "on";
 }
 
+/// Refuses --level, --overhang and --show where nothing that is shown has what they ask for.
+void refuseMissingSpheres(const std::vector<std::unique_ptr<ShownFile>>& shown, const ViewCommand& o) {
+  std::size_t levels = 0;
+  bool is_measured = false;
+  for (const auto& file : shown) {
+    for (const view::Body& body : file->stage.bodies) levels = std::max(levels, body.levels.size());
+    is_measured = is_measured || !file->outside.empty();
+  }
+  if (levels == 0 && (o.level >= 0 || o.show == "spheres" || o.show == "bounds"))
+    throw UsageError("there are no spheres to show: " + o.files.front().string() + " has none. Name a tree, or build one.");
+  if (o.overhang && !is_measured)
+    throw UsageError("--overhang colours the spheres of a tree by a mesh: name the mesh, and its tree after it.");
+  if (o.level >= static_cast<int>(levels))
+    throw UsageError("--level " + std::to_string(o.level) + ": the deepest tree has the levels 0 to " + std::to_string(levels - 1) + ".");
+}
+
 void setCamera(view::ViewerState& state, const ViewCommand& o, const view::Viewport& pane) {
   view::CameraWish wish;
   if (o.from.size() == 3) wish.from = Eigen::Vector3d(o.from[0], o.from[1], o.from[2]);
@@ -52,7 +69,7 @@ void setCamera(view::ViewerState& state, const ViewCommand& o, const view::Viewp
   view::frameWhole(state, pane);
 }
 
-int runView(const ViewCommand& o, builder::Progress& progress) try {
+int runView(const ViewCommand& o, bool quiet, builder::Progress& progress) try {
   const RunFiles files;
   for (const std::filesystem::path& file : o.files) files.willRead(file);
   if (!o.picture.empty()) files.willWrite(o.picture, {".png"}, "the picture", false);
@@ -63,8 +80,11 @@ int runView(const ViewCommand& o, builder::Progress& progress) try {
     size = *given;
   }
   const auto shown = shownFiles(o.files, o.mesh, formats::unitInMm(o.unit), progress);
+  refuseMissingSpheres(shown, o);
   view::ViewerState state;
   for (const auto& file : shown) {
+    if (!quiet)
+      for (const std::string& note : file->notes) say("spheretree: warning: " + note);
     view::Pane& pane = state.panes.emplace_back();
     pane.stage = &file->stage;
     pane.shift = view::shiftBetween(*state.panes[0].stage, *pane.stage);
@@ -97,7 +117,7 @@ int runView(const ViewCommand& o, builder::Progress& progress) try {
 
 #else
 
-int runView(const ViewCommand&, builder::Progress&) {
+int runView(const ViewCommand&, bool, builder::Progress&) {
   throw UsageError(
       "this spheretree was built without its view. Install libglfw3-dev, libimgui-dev and libegl-dev, and build it again "
       "(-DSPHERETREE_VIEW=ON)");
@@ -109,12 +129,13 @@ int runView(const ViewCommand&, builder::Progress&) {
 
 void addViewCommand(Program& program) {
   const auto o = std::make_shared<ViewCommand>();
-  CLI::App* app =
-      addVerb(program, "view", "Show meshes, trees, a scene or a comparison in a window or a picture",
-              "spheretree view tooth.obj tooth.stree --overhang", [o](builder::Progress& progress) { return runView(*o, progress); });
-  app->add_option("FILE", o->files,
-                  "Meshes (.obj .stl .ply .off .gltf .glb), trees (.stree .sph .json), scenes (.json) or folders of compare and batch. A "
-                  "tree is measured against the mesh before it; several inputs are shown side by side")
+  CLI::App* app = addVerb(program, "view", "Show meshes, trees, a scene or a comparison in a window or a picture",
+                          "spheretree view tooth.obj tooth.stree --overhang",
+                          [o, &program](builder::Progress& progress) { return runView(*o, program.quiet, progress); });
+  app->add_option(
+         "FILE", o->files,
+         "Meshes (.obj .stl .ply .off .gltf .glb), trees (.stree .sph .json), scenes (.json) or folders of compare, batch and split. A "
+         "tree is measured against the mesh before it; several inputs are shown side by side")
       ->required()
       ->type_name("FILE");
   app->add_option("--picture", o->picture, "Draw a picture (.png) without a display; default: open a window")->type_name("OUT.png");

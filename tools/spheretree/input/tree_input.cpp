@@ -9,6 +9,7 @@
 
 #include "program_end.h"
 #include "run_files.h"
+#include "spheretree/builder/provenance.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/sph_text.h"
@@ -48,6 +49,14 @@ SphereTree readSoftTree(const std::filesystem::path& path, Tissue& tissue) {
   if (tissue.empty())
     throw formats::FormatError(formats::shownName(path) + ": it contains no tissue. Make a soft tree with `spheretree soften`.");
   return tree;
+}
+
+std::string otherMeshWarning(const SphereTree& tree, const std::filesystem::path& tree_path, const TriangleMesh& mesh,
+                             const std::filesystem::path& mesh_path) {
+  const Hash128& made_of = tree.provenance.mesh_hash;
+  if (made_of == Hash128{} || made_of == builder::meshHash(mesh)) return {};
+  return formats::shownName(tree_path) + " was built from another mesh than " + formats::shownName(mesh_path) +
+         " (or with another --unit, --parts or --repair). What is shown compares the two files as given.";
 }
 
 }  // namespace spheretree::tool

@@ -42,7 +42,13 @@ std::string leadOf(const BatchResult& result) {
   const auto missing = static_cast<std::size_t>(std::count_if(result.objects.begin(), result.objects.end(), missed));
   std::string out = "<p>";
   const auto large = static_cast<std::size_t>(std::count_if(result.objects.begin(), result.objects.end(), isRepairLarge));
-  if (totals.failed == 0 && large > 0)
+  if (totals.failed == 0 && missing > 0)
+    out += "<span class=\"bad\">" + count(missing, "object") + " of " + std::to_string(objects) +
+           " missed the tolerance asked for</span>; all are certified" +
+           (large > 0
+                ? ", but " + count(large, "mesh", "meshes") + " had to be changed by more than the tolerance or a hundredth of the object"
+                : "");
+  else if (totals.failed == 0 && large > 0)
     out += "<span class=\"warn\">All " + count(objects, "tree") + " are certified, but " + count(large, "mesh", "meshes") +
            " had to be changed by more than the tolerance or a hundredth of the object</span> (<a href=\"#repairs\">what was done</a>)";
   else if (totals.failed == 0)
@@ -55,7 +61,7 @@ std::string leadOf(const BatchResult& result) {
                       : "");
   out += ": " + std::to_string(totals.leaves) + " leaves represent " + std::to_string(totals.triangles) +
          " triangles, and none reaches farther than <b>" + shortNumber(totals.overhang_bound_mm) + " mm</b> out of its object.</p>\n";
-  if (missing > 0) out += "<p class=\"bad\">" + count(missing, "object") + " missed the tolerance asked for.</p>\n";
+  if (totals.failed > 0 && missing > 0) out += "<p class=\"bad\">" + count(missing, "object") + " missed the tolerance asked for.</p>\n";
   out += "<p class=\"note\">" + std::to_string(totals.built) + " built and " + std::to_string(totals.cached) + " unchanged, in " +
          shortNumber(result.seconds) + " s; " + shortNumber(static_cast<double>(totals.bytes) / 1e6) + " MB of trees; scene " +
          escaped(result.scene.string()) + ".</p>";

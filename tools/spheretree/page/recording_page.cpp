@@ -179,7 +179,7 @@ std::string runVerdict(const Json& figures) {
   const std::string in_touch = touched > 0 ? ", " + shortNumber(touched) + " s of them in touch" : "";
   std::string out = "<p>" + shortNumber(figures.at("seconds").get<double>()) + " s" + in_touch + ", with forces up to <b>" +
                     shortNumber(figures.at("largest_force_n").get<double>()) + " N</b>. ";
-  out += given > 1e-6 ? "The renderer gave up to <b>" + shortNumber(given) + " mJ</b> to the hand: it was not passive at every moment. "
+  out += given > 1e-6 ? "The renderer gave up to <b>" + shortNumber(given) + " mJ</b> to the hand; a sampled spring always gives a little. "
                       : "The renderer never gave energy to the hand: it was passive. ";
   out += faults == 0 ? "No step had a fault." : "<span class=\"bad\">" + std::to_string(faults) + " steps had a fault.</span>";
   return out + "</p>";

@@ -28,6 +28,7 @@ struct KnownMesh {
   fs::path path;
   TriangleMesh mesh;
   builder::DistanceField field;
+  bool is_compared = false;  // known to be the mesh of the trees
 };
 
 std::string number(const char* format, double value) {
@@ -126,6 +127,8 @@ std::unique_ptr<ShownFile> shownTree(const fs::path& path, const KnownMesh* mesh
   if (mesh) {
     addOverhangs(body, mesh->field, shown->outside, progress);
     addMeshFigures(*shown, mesh->mesh);
+    if (const std::string warning = otherMeshWarning(tree, path, mesh->mesh, mesh->path); !mesh->is_compared && !warning.empty())
+      shown->notes.push_back(warning);
   }
   shown->stage.bodies.push_back(std::move(body));
   shown->stage.objects = {{0, {}}};
@@ -172,6 +175,7 @@ void addComparison(Files& out, const fs::path& path, const std::string& wanted, 
   }
   KnownMesh mesh{figures->file, formats::readMesh(figures->file, figures->unit_mm).mesh, {}};
   mesh.field = builder::DistanceField(mesh.mesh);
+  mesh.is_compared = true;
   std::vector<const pipeline::Run*> runs;
   for (const pipeline::Run& run : comparison.runs)
     if (run.mesh == figures->name && run.isBuilt()) runs.push_back(&run);
@@ -193,6 +197,15 @@ void addComparison(Files& out, const fs::path& path, const std::string& wanted, 
 }
 
 bool isComparison(const fs::path& path) { return path.filename() == "compare.json"; }
+
+/// What a folder of compare, batch or split is shown by.
+fs::path fileIn(const fs::path& folder) {
+  for (const char* name : {"compare.json", "scene.json", "mouth.scene.json"})
+    if (fs::exists(folder / name)) return folder / name;
+  throw formats::FileError(folder.string() +
+                           ": neither compare.json nor scene.json nor mouth.scene.json is in this folder. Name the folder that compare, "
+                           "batch or split wrote, or files in it.");
+}
 
 /// A scene names its schema; a tree as JSON has a different one.
 bool isScene(const fs::path& path) {
@@ -217,7 +230,7 @@ Files shownFiles(const std::vector<fs::path>& files, const std::string& mesh_nam
   };
   for (fs::path path : files) {
     progress.check();
-    if (fs::is_directory(path)) path /= fs::exists(path / "compare.json") ? "compare.json" : "scene.json";
+    if (fs::is_directory(path)) path = fileIn(path);
     const std::string ending = endingOf(path);
     if (isComparison(path)) {
       addComparison(out, path, mesh_name, progress);

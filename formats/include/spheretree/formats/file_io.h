@@ -39,10 +39,12 @@ class FileObserver {
   virtual ~FileObserver() = default;
   /// Called once the file is open.
   virtual void onRead(const std::filesystem::path& path, const FileId& id) = 0;
-  /// Called before anything is written, and again before the file gets its name. `target`: `path` with all links
-  /// followed.
+  /// Called before anything is written. `target`: `path` with all links followed.
   virtual void onWrite(const std::filesystem::path& path, const std::filesystem::path& target, const std::optional<FileId>& id,
                        FileRole role) = 0;
+  /// Called before the file gets its name: `complete` holds its bytes. It is `target` if that has them already.
+  virtual void onComplete(const std::filesystem::path& path, const std::filesystem::path& target, const std::filesystem::path& complete,
+                          FileRole role) = 0;
   /// Called once the file has its name.
   virtual void onWritten(const std::filesystem::path& target, FileRole role) = 0;
   /// Called before a file is opened for reading, and when a signal interrupts a read. An exception ends the reading.
