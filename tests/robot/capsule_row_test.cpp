@@ -80,8 +80,12 @@ TEST(CapsuleRow, TheFewestBallsForAnOverhang) {
     const LinkCapsule capsule{{0, 0, 0}, std::exp(random.between(-3, 7)) * random.direction(), std::exp(random.between(-2, 5))};
     const double wanted = std::exp(random.between(-3, 4));
     const std::size_t count = ballsForOverhang(capsule, wanted, 4096);
-    if (count < 4096) EXPECT_LE(ballRow(capsule, count).overhang, wanted);
-    if (count > 1) EXPECT_GT(ballRow(capsule, count - 1).overhang, wanted * (1 - 1e-9));
+    if (count < 4096) {
+      EXPECT_LE(ballRow(capsule, count).overhang, wanted);
+    }
+    if (count > 1) {
+      EXPECT_GT(ballRow(capsule, count - 1).overhang, wanted * (1 - 1e-9));
+    }
   }
   EXPECT_EQ(ballsForOverhang({{0, 0, 0}, {0, 0, 1e9}, 1}, 1e-9, 4096), 4096u);
   EXPECT_EQ(ballsForOverhang({{0, 0, 0}, {0, 0, 0}, 1}, 1e-9, 4096), 1u);

@@ -91,8 +91,9 @@ TEST_F(MjcfFile, ATensorThatNoSolidBodyHasIsRaisedToAPossibleOne) {
       EXPECT_TRUE(has(notes(), "a.urdf:3: link tool has an inertia tensor that no solid body has")) << c.xx << notes();
       for (int i = 0; i < 3; ++i) {
         EXPECT_GT(model->body_inertia[6 + i], 0);
-        if (c.moments[i] > 0)
+        if (c.moments[i] > 0) {
           EXPECT_NEAR(model->body_inertia[6 + i], c.moments[i], 1e-6 * c.moments[0]) << c.xx << " " << c.yy << " " << c.zz;
+        }
       }
     }
   }

@@ -263,7 +263,7 @@ TEST(LargeMotion, NothingPassesThroughAtAnyRateOfStates) {
         go({20.5, 10, 9}, 0.05);
         go({26, 10.5, 9}, 0.05);
         go({26, 10.5, 14}, 0.1);
-        go({20.5, 10 - round, 14}, 0.1);
+        go({20.5, 10.0 - round, 14}, 0.1);
         EXPECT_EQ(r.wrench.force.norm(), 0) << "nothing holds it";
       }
     }

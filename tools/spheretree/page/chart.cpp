@@ -135,8 +135,10 @@ class Labels {
  public:
   Labels(Box area, std::vector<Box> taken) : area_(area), taken_(std::move(taken)) {}
 
+  /// The name beside its dot; nothing if it is not strong and has no room.
   std::string place(double x, double y, double radius, const std::string& name, bool strong) {
     const double width = (strong ? kBoldLetter : kLetter) * static_cast<double>(name.size()), height = 12;
+    constexpr double kRoundedAway = 1e-6;  // [px^2]
     double best_cost = std::numeric_limits<double>::infinity();
     Box best{};
     double best_reach = 0;
@@ -145,12 +147,14 @@ class Labels {
         const double angle = turn * std::numbers::pi / 8, dx = std::cos(angle), dy = -std::sin(angle);
         const double cx = x + dx * (radius + reach + width / 2), cy = y + dy * (radius + reach + height / 2);
         const Box box{cx - width / 2, cy - height / 2, cx + width / 2, cy + height / 2};
-        double cost = reach * 2 + turn * 0.2;
+        double cost = reach * 2 + turn * 0.2, hidden = 10 * (width * height - box.overlap(area_));
         for (const Box& other : taken_) cost += 3 * box.overlap(other);
-        for (const Box& other : names_) cost += 20 * box.overlap(other);
-        cost += (width * height - box.overlap(area_)) * 10;
+        for (const Box& other : names_) hidden += 20 * box.overlap(other);
+        if (hidden > kRoundedAway && !strong) continue;
+        cost += hidden;
         if (cost < best_cost) best_cost = cost, best = box, best_reach = reach;
       }
+    if (best_cost == std::numeric_limits<double>::infinity()) return {};
     names_.push_back(best);
     std::string out;
     if (best_reach > 5) {  // a line from the dot to the nearest point of the name
@@ -245,7 +249,8 @@ std::string dotSvg(const ScatterLayout& layout, std::size_t i) {
          "\" height=\"" + px(2 * radius) + "\">" + title + "</rect>\n";
 }
 
-/// The names of the series, each beside its last point, where it hides neither dots nor the name of the limit.
+/// The names of the series, each beside its last point, where it hides neither dots nor the name of the limit. Those on
+/// the front choose first; others that have no room are left out.
 std::string seriesNames(const ScatterLayout& layout, const ScatterChart& chart) {
   std::vector<Box> taken;
   for (const ChartPoint& p : layout.points) {
@@ -258,13 +263,15 @@ std::string seriesNames(const ScatterLayout& layout, const ScatterChart& chart) 
   }
   Labels labels({layout.x.place0, kTop, kWidth - 4, layout.y.place0}, std::move(taken));
   std::string out;
-  for (const auto& [name, members] : layout.series) {
-    if (name.empty()) continue;
+  const auto place = [&](const std::string& name, const std::vector<std::size_t>& members, bool strong) {
     const ChartPoint& last = layout.points[members.back()];
-    const bool strong = std::any_of(members.begin(), members.end(), [&](std::size_t i) { return layout.on_front[i]; });
     const std::string label = last.y > layout.y.to ? name + " at " + shortNumber(last.y) : name;
     out += labels.place(layout.x.at(last.x), layout.placeOf(last), dotRadius(last), label, strong);
-  }
+  };
+  for (const bool strong : {true, false})
+    for (const auto& [name, members] : layout.series)
+      if (!name.empty() && std::any_of(members.begin(), members.end(), [&](std::size_t i) { return layout.on_front[i]; }) == strong)
+        place(name, members, strong);
   return out;
 }
 
