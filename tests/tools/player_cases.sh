@@ -40,6 +40,20 @@ case_player_run() {
   says '"mode": "paper"' out
   expect 0 scene.json --seconds 0.05 --clock real --json  # the simulated hand, in real time
   says '"clock": "real"' out
+  # Real time is held, or not: figures, verdict and exit code agree, whatever the machine did.
+  "$program" scene.json --check-realtime --seconds 0.3 --json >out 2>err
+  python3 - $? out <<'END' || fail "figures, verdict and exit code of --check-realtime disagree"
+import json, sys
+run = json.load(open(sys.argv[2]))
+held = run["missed_deadlines"] == 0 and run["steps_over_ms"]["clock"] == 0
+longest = run["longest_step"]
+sys.exit(not (run["steps"] == 300 and run["clock"] == "real" and run["real_time"]["held"] is held and int(sys.argv[1]) == (0 if held else 5)
+              and abs(longest["clock_us"] - run["time_us"]["total"]["max"]) < 1e-3 and 0 <= longest["t_s"] < 0.3
+              and (longest["kind"] == "first") == (longest["t_s"] == 0)))
+END
+  "$program" scene.json --check-realtime --seconds 0.01 >out 2>err
+  says '^longest step       at 0.0' out
+  says '^real time          ' out
 }
 
 case_player_usage() {
@@ -58,7 +72,12 @@ case_player_usage() {
     expect 2 scene.json $bad
     [ -s err ] || fail "no message for $bad"
   done
-  for bad in "--record run.csv" "--trajectory path.csv" "--device replay" "--device phantom" "--hand firm" "--passivity-control"; do
+  for bad in "--clock stepped" "--picture a.png"; do
+    # shellcheck disable=SC2086
+    expect 2 scene.json --check-realtime $bad
+    says "^haptic-player: --check-realtime is not for" err
+  done
+  for bad in "--check-realtime" "--record run.csv" "--trajectory path.csv" "--device replay" "--device phantom" "--hand firm" "--passivity-control"; do
     # shellcheck disable=SC2086
     expect 2 --scenario F17 $bad
   done

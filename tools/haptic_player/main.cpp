@@ -40,10 +40,11 @@ struct Options {
   std::filesystem::path out, cache, chart;
   double share = 1, seconds = 0;
   int turned = 1, threads = 0;
-  bool force = false, list = false, json = false, quiet = false, gimbal_torque = false;
+  bool check_realtime = false, force = false, list = false, json = false, quiet = false, gimbal_torque = false;
 };
 
 const std::string kProgram = "haptic-player";
+constexpr double kCheckSeconds = 20;  // length of --check-realtime, unless it is given [s]
 
 runtime::ContactSurface contactOf(const Options& options) {
   return options.contact == "skin" ? runtime::ContactSurface::Skin : runtime::ContactSurface::Leaves;
@@ -123,6 +124,10 @@ void printSummary(const nlohmann::ordered_json& s) {
   printResult("step time [us]     median %.1f, p99 %.1f, p99.9 %.1f, max %.1f; %llu deadlines missed\n", total["median"].get<double>(),
               total["p99"].get<double>(), total["p99_9"].get<double>(), total["max"].get<double>(),
               static_cast<unsigned long long>(s["missed_deadlines"].get<std::uint64_t>()));
+  const auto& longest = s["longest_step"];
+  printResult("longest step       at %.3f s, %s: %u pairs, %u contacts, %.1f us of processor time\n", longest["t_s"].get<double>(),
+              longest["kind"].get<std::string>().c_str(), longest["pairs"].get<unsigned>(), longest["contacts"].get<unsigned>(),
+              longest["processor_us"].get<double>());
   const auto by_clock = s["steps_over_ms"]["clock"].get<std::uint64_t>(),
              by_processor = s["steps_over_ms"]["processor"].get<std::uint64_t>();
   printResult("steps over 1 ms    %llu by the clock, %llu by processor time%s\n", static_cast<unsigned long long>(by_clock),
@@ -137,6 +142,21 @@ void printSummary(const nlohmann::ordered_json& s) {
     printResult(" %s %llu", name.c_str(), static_cast<unsigned long long>(count.get<std::uint64_t>()));
   printResult("\n");
   for (const auto& note : s["notes"]) printResult("note               %s\n", plainText(note.get<std::string>()).c_str());
+}
+
+/// Whether every step of a run on the real clock began and ended in time; prints that, and what the system granted.
+bool heldRealTime(nlohmann::ordered_json& summary, bool json) {
+  auto& real_time = summary["real_time"];
+  const auto late = summary["missed_deadlines"].get<std::uint64_t>(), too_long = summary["steps_over_ms"]["clock"].get<std::uint64_t>();
+  const bool held = late == 0 && too_long == 0;
+  real_time["held"] = held;
+  if (json) return held;
+  const auto granted = [](const nlohmann::ordered_json& value) { return value.is_null() ? "not asked" : value.get<bool>() ? "yes" : "no"; };
+  printResult("granted            priority %s, locked memory %s\n", granted(real_time["priority"]), granted(real_time["memory_locked"]));
+  printResult("real time          %s\n",
+              held ? "held: each step began and ended within its millisecond"
+                   : (counted(late, "step") + " began late, " + counted(too_long, "step") + " took over 1 ms").c_str());
+  return held;
 }
 
 /// Refuses options that only another device uses.
@@ -164,6 +184,11 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
     throw UsageError("--clock stepped is not for --device phantom: it has a clock of its own");
   if (options.gimbal_torque) play_settings.phantom.torque = device::TorqueConvention::Gimbal;
   play_settings.mode = options.mode == "paper" ? runtime::Mode::Published : runtime::Mode::Constrained;
+  if (options.check_realtime) {
+    if (options.clock == "stepped" || options.view.isAsked())
+      throw UsageError("--check-realtime is not for --clock stepped, windows and pictures: it measures steps on the real clock, alone");
+    if (options.seconds == 0) options.seconds = kCheckSeconds;
+  }
   play_settings.clock = options.clock == "stepped" ? device::Clock::Stepped : device::Clock::Real;
   play_settings.large_motion = options.tissue == "large";
   if (std::error_code none; std::filesystem::is_directory(play_settings.scene, none)) play_settings.scene /= "scene.json";
@@ -182,13 +207,12 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
     for (const std::string& note :
          notesOn(play_settings, options.view.view, summary["steps"].get<std::uint64_t>(), summary["largest_force_n"].get<double>()))
       summary["notes"].push_back(note);
-  if (options.json)
-    printResult("%s\n", jsonText(summary, 1).c_str());
-  else
-    printSummary(summary);
+  if (!options.json) printSummary(summary);
+  const bool is_short = options.check_realtime && !heldRealTime(summary, options.json) && end == PlayEnd::Complete;
+  if (options.json) printResult("%s\n", jsonText(summary, 1).c_str());
   if (end == PlayEnd::DeviceFailed)
     return explain(kProgram, kExitFile, "the device failed while running. Check its cable and power, then start again.");
-  return end == PlayEnd::Interrupted ? kExitInterrupted : kExitOk;
+  return end == PlayEnd::Interrupted ? kExitInterrupted : is_short ? kExitTargetMissed : kExitOk;
 }
 
 void addScenarioOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
@@ -229,6 +253,22 @@ void addTissueOption(CLI::App& cli, Options& o, CLI::Option* scenario) {
       ->excludes(scenario);
 }
 
+void addClockOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
+  cli.add_option("--clock", o.clock,
+                 "real: 1 kHz; stepped: as fast as possible, with the same bytes every time; default real. Scenarios are stepped")
+      ->check(CLI::IsMember({"real", "stepped"}))
+      ->excludes(scenario);
+  cli.add_option("--seconds", o.seconds,
+                 "Length of the run in s, 0.001 to 86400; default: the whole trajectory, 10 s for a simulated hand, or until Ctrl-C. "
+                 "Scenarios have their own lengths")
+      ->check(numberIn(0.001, 86400))
+      ->excludes(scenario);
+  cli.add_flag("--check-realtime", o.check_realtime,
+               "Say whether this machine keeps 1 kHz in this scene: 20 s unless --seconds says otherwise, with the real clock; exit code 5 "
+               "if a step began or ended late")
+      ->excludes(scenario);
+}
+
 void addOptions(CLI::App& cli, Options& o) {
   cli.name(kProgram);
   cli.set_version_flag("--version", kProgram + " " SPHERETREE_VERSION);
@@ -242,7 +282,7 @@ void addOptions(CLI::App& cli, Options& o) {
       "  haptic-player --view --replay run.csv --compare other.csv       two recordings side by side\n"
       "  haptic-player scene.json --picture out.png --at 2000            a picture, without a display\n"
       "Exit codes: 0 ok, 1 internal error, 2 usage, 3 file or device cannot be used, 4 input refused,\n"
-      "  5 a scenario falls short of its figure, 130 interrupted.");
+      "  5 a scenario or real time falls short, 130 interrupted.");
   CLI::Option* scenario = cli.add_option(
       "--scenario", o.scenario, "Run stability scenarios, in both modes, instead of a scene: all, or ids and names separated by commas");
   cli.add_option(
@@ -263,15 +303,7 @@ void addOptions(CLI::App& cli, Options& o) {
       ->check(CLI::IsMember({"skin", "leaves"}))
       ->capture_default_str();
   addTissueOption(cli, o, scenario);
-  cli.add_option("--clock", o.clock,
-                 "real: 1 kHz; stepped: as fast as possible, with the same bytes every time; default real. Scenarios are stepped")
-      ->check(CLI::IsMember({"real", "stepped"}))
-      ->excludes(scenario);
-  cli.add_option("--seconds", o.seconds,
-                 "Length of the run in s, 0.001 to 86400; default: the whole trajectory, 10 s for a simulated hand, or until Ctrl-C. "
-                 "Scenarios have their own lengths")
-      ->check(numberIn(0.001, 86400))
-      ->excludes(scenario);
+  addClockOptions(cli, o, scenario);
   std::vector<std::string> hands;
   for (const device::Hand& hand : device::hands()) hands.emplace_back(hand.name);
   cli.add_option("--hand", o.play.hand, "Hand on the simulated device; default fine")->check(CLI::IsMember(hands))->excludes(scenario);

@@ -57,6 +57,7 @@ void RunStatistics::add(const RecordedStep& row, double processor_us) noexcept {
   qp_.add(row.qp_us);
   total_.add(row.total_us);
   processor_.add(processor_us);
+  if (row.total_us > longest_.clock_us) longest_ = {row.time, row.total_us, processor_us, row.pairs, row.active};
   over_by_clock_ += row.total_us > 1000;
   over_by_processor_ += processor_us > 1000;
   if (isFinite(row.haptic)) energy_.add(row.haptic, row.wrench);
@@ -85,6 +86,13 @@ nlohmann::ordered_json RunStatistics::toJson() const {
             {"qp", timesJson(qp_)},
             {"total", timesJson(total_)},
             {"processor", timesJson(processor_)}}},
+          {"longest_step",
+           {{"kind", longest_.kind()},
+            {"t_s", longest_.time},
+            {"clock_us", longest_.clock_us},
+            {"processor_us", longest_.processor_us},
+            {"pairs", longest_.pairs},
+            {"contacts", longest_.contacts}}},
           {"steps_over_ms", {{"clock", over_by_clock_}, {"processor", over_by_processor_}}},
           {"largest_penetration_mm", penetration_},
           {"largest_force_n", largest_force_},

@@ -50,6 +50,14 @@ class PassivityObserver {
   double energy_ = 0, smallest_ = 0, largest_ = 0;
 };
 
+/// What the longest step of a run did.
+struct LongestStep {
+  double time = 0;                        // of its tick [s]
+  double clock_us = 0, processor_us = 0;  // how long it took
+  std::uint32_t pairs = 0, contacts = 0;  // leaves near objects, rows that carry force
+  const char* kind() const { return time == 0 ? "first" : contacts > 0 ? "in contact" : pairs > 0 ? "near an object" : "free"; }
+};
+
 class RunStatistics {
  public:
   /// `processor_us`: processor time of the step's thread; the remainder of row.total_us was used by other programs.
@@ -57,13 +65,14 @@ class RunStatistics {
 
   std::uint64_t steps() const { return steps_; }
   const TimeHistogram& total() const { return total_; }
-  /// For --json: steps, time_us, steps_over_ms, largest_penetration_mm, wrench_step, energy_mj, faults.
+  /// For --json: steps, time_us, longest_step, steps_over_ms, largest_penetration_mm, wrench_step, energy_mj, faults.
   nlohmann::ordered_json toJson() const;
   /// For --json: the number of steps in which passivity control was active, and its largest wrench.
   nlohmann::ordered_json passivityJson() const;
 
  private:
   TimeHistogram find_, rows_, qp_, total_, processor_;
+  LongestStep longest_;
   PassivityObserver energy_;
   Wrench last_wrench_;
   double force_step_ = 0, torque_step_ = 0, penetration_ = 0, largest_force_ = 0;

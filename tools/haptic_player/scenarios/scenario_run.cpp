@@ -7,7 +7,6 @@
 
 #include "coupling_wrench.h"
 #include "run/servo_loop.h"
-#include "run/tissue_motion.h"
 #include "scenarios/scenario_run.h"
 
 namespace spheretree::player {
@@ -92,8 +91,8 @@ ScenarioRun::ScenarioRun(const Body& tool, std::vector<PlacedBody> objects, Mode
   if (spacing > 0) meshes_ = std::make_unique<MeshPenetration>(tool, reference_point, objects_, spacing);
 }
 
-// As the player in lock step: the steps take the state for the forces of kTissueTicks ago, and the solver gets the
-// current forces.
+// As the player in lock step: the steps take the state for the forces of the last time, and the solver gets the current
+// forces.
 void ScenarioRun::moveTissue() {
   if (solver_ == Solver::Stalls) return;
   for (MovingObject& soft : moving_) {
@@ -113,7 +112,10 @@ bool ScenarioRun::isFrozen() const {
 runtime::StepResult ScenarioRun::to(const Configuration& haptic) {
   runtime::StageTimes times;
   const Configuration there = toRuntime(haptic, tool_.frame);
-  if (tick_ % kTissueTicks == 0) moveTissue();
+  if (tick_ >= next_state_) {
+    moveTissue();
+    next_state_ = tick_ + least_period_ + periods_() % (most_period_ - least_period_ + 1);
+  }
   const double start = threadTime();
   const runtime::StepResult raw =
       renderer_ ? renderer_->step(there) : runtime::step(scene_, there, runtimeMode(mode_), *workspace_, &times);

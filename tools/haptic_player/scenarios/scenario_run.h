@@ -13,6 +13,7 @@
 #include "bodies/scenario_shapes.h"
 #include "published/renderer.h"
 #include "run/run_statistics.h"
+#include "run/tissue_motion.h"
 #include "scenarios/measures.h"
 #include "scenarios/scenario.h"
 #include "spheretree/runtime/step.h"
@@ -52,6 +53,8 @@ class ScenarioRun {
   /// What the solver of large motion does from now on: it gives no new states, or is given forces that are not finite.
   enum class Solver { Runs, Stalls, Diverges };
   void setSolver(Solver solver) { solver_ = solver; }
+  /// The solver gives a state every `least` to `most` ticks from now on, drawn anew each time.
+  void setStatePeriod(std::uint64_t least, std::uint64_t most) { least_period_ = least, most_period_ = most, next_state_ = tick_; }
   /// Whether the newest state that the steps have been given is said to be frozen.
   bool isFrozen() const;
 
@@ -107,7 +110,8 @@ class ScenarioRun {
   RecordedStep last_;
   TimeHistogram times_;
   double leaf_penetration_ = 0, mesh_penetration_ = 0;
-  std::uint64_t tick_ = 0;
+  std::uint64_t tick_ = 0, next_state_ = 0, least_period_ = kTissueTicks, most_period_ = kTissueTicks;
+  std::mt19937 periods_{1};
 };
 
 /// Own generator: the same numbers with every standard library.
