@@ -61,6 +61,7 @@ case_player_usage() {
   write_path path.csv
   expect 0 --help
   says "Examples:" out
+  fits_80 out
   expect 0 --list
   says "^F1 " out
   expect 2 scene.json --trajctory path.csv

@@ -54,14 +54,23 @@ write_torus() {
 
 case_help() {
   expect 0 --help
+  fits_80 out
   for verb in batch build check compare convert evaluate inspect repair report robot scene soften split view; do
     says "^  $verb" out
     "$program" $verb --help >help || fail "no help of $verb"
     says "Example:" help
     says "default" help
+    fits_80 help
   done
   expect 0 --version
   says "^spheretree [0-9]" out
+}
+
+# Lines of a help are as wide as a terminal, apart from examples, and name no checks of CLI11.
+fits_80() {
+  awk 'length($0) > 80 && !/^  (spheretree|haptic-player)/ { print; found = 1 } END { exit found }' "$1" || fail "a line of more than 80 characters"
+  grep -e "REQUIRED" -e "INT in" -e "{false}" "$1" && fail "checks of CLI11 in a help"
+  return 0
 }
 
 case_usage() {

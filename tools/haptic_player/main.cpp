@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "command_reference.h"
 #include "comparison/comparison.h"
 #include "generator.h"
+#include "help_formatter.h"
 #include "json_text.h"
 #include "mistyped.h"
 #include "model/view_error.h"
@@ -281,8 +283,8 @@ void addOptions(CLI::App& cli, Options& o) {
       "  haptic-player scene.json --view                                 a window: the mouse moves the hand\n"
       "  haptic-player --view --replay run.csv --compare other.csv       two recordings side by side\n"
       "  haptic-player scene.json --picture out.png --at 2000            a picture, without a display\n"
-      "Exit codes: 0 ok, 1 internal error, 2 usage, 3 file or device cannot be used, 4 input refused,\n"
-      "  5 a scenario or real time falls short, 130 interrupted.");
+      "Exit codes: 0 ok, 1 internal error, 2 usage, 3 file or device cannot be used,\n"
+      "  4 input refused, 5 a scenario or real time falls short, 130 interrupted.");
   CLI::Option* scenario = cli.add_option(
       "--scenario", o.scenario, "Run stability scenarios, in both modes, instead of a scene: all, or ids and names separated by commas");
   cli.add_option(
@@ -350,6 +352,7 @@ int run(const CLI::App& cli, Options& options) {
 
 int runProgram(int argc, char** argv) {
   CLI::App cli{"Plays a scene of sphere-trees with a haptic device, a simulated hand or a recorded path; measures stability."};
+  cli.formatter(std::make_shared<HelpFormatter>());
   Options options;
   addOptions(cli, options);
   try {

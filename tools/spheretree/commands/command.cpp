@@ -84,10 +84,12 @@ int runProgram(Program& program, int argc, char** argv) {
   cli.require_subcommand(1);
   addTalkOptions(cli, program, "Options, before or after the verb");
   cli.footer(
-      "Exit codes: 0 ok, 1 internal error, 2 usage, 3 file cannot be read or written, 4 input refused,\n"
-      "  5 target missed and best result written, 6 batch partly failed, 130 interrupted.\n"
-      "Help of a verb: spheretree help VERB. Keys of a scene file: spheretree help scene\n"
-      "Completion for a shell: spheretree --completion bash|zsh|fish. Manual page: spheretree --manual");
+      "Exit codes: 0 ok, 1 internal error, 2 usage, 3 file cannot be read or written,\n"
+      "  4 input refused, 5 target missed and best result written, 6 batch partly\n"
+      "  failed, 130 interrupted.\n"
+      "Help of a verb: spheretree help VERB. Keys of a scene: spheretree help scene\n"
+      "Completion for a shell: spheretree --completion bash|zsh|fish\n"
+      "Manual page: spheretree --manual");
   try {
     if (wroteReference(cli, {argv + 1, argv + argc}, kGenerator)) return kExitOk;
     std::vector<std::string> words = wordsOf(argc, argv);

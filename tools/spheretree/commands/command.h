@@ -4,8 +4,10 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <memory>
 #include <string>
 
+#include "help_formatter.h"
 #include "program_end.h"
 #include "work_progress.h"
 
@@ -15,6 +17,8 @@ inline const std::string kProgram = "spheretree";
 
 /// The program under construction: a verb adds its options to `cli`, and sets `run` when it is selected.
 struct Program {
+  Program() { cli.formatter(std::make_shared<HelpFormatter>()); }
+
   CLI::App cli{"Builds, checks and measures certified sphere-trees of triangle meshes."};
   std::string progress = "auto";
   bool quiet = false, force = false;
