@@ -34,7 +34,7 @@ case_mistyped() {
   says "^  --tolerance" out
   expect 0 help scene
   says "spheretree.scene/1" out
-  says "^  -o,--output" out
+  says "^  -o, --output" out
   expect 2 build mesh.obj -o work/a.stree --quality quick --quality best
   says_in_a_line "quality is given more than once"
   expect 2 build mesh.obj -o work/a.stree --tolerance
