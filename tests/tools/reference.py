@@ -39,7 +39,7 @@ def check_program(program, folder):
     script = folder / "completion.bash"
     script.write_text(output(program, "--completion", "bash"))
     page = output(program, "--manual")
-    verbs = re.findall(r"^  ([a-z]+) {3,}\S", output(program, "--help").split("Subcommands:", 1)[-1], re.M) if "Subcommands:" in output(program, "--help") else []
+    verbs = re.findall(r"^  ([a-z]+) {2,}\S", output(program, "--help").split("Subcommands:", 1)[-1], re.M) if "Subcommands:" in output(program, "--help") else []
     for verb in verbs:
         check(verb in completed(program, script, verb[:-1]), f"'{verb[:-1]}' is not completed to '{verb}'")
         check(f".SS {verb}" in page, f"the manual lacks {verb}")
