@@ -168,7 +168,7 @@ int compare(CompareOptions options, bool quiet, builder::Progress& progress) {
   const Comparison comparison = pipeline::runComparison(meshes, options.settings, progress);
   const std::string page = comparisonPage(comparison, folder, kMaxPageBytes, progress);
   progress.check();
-  if (const std::string missing = writeComparisonCharts(comparison, folder); !missing.empty()) say("spheretree: " + missing);
+  if (const std::string missing = writeComparisonCharts(comparison, folder, progress); !missing.empty()) say("spheretree: " + missing);
   formats::writeWhole(folder / "index.html", page);
 
   printMeans(comparison.means);

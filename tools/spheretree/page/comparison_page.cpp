@@ -351,15 +351,18 @@ std::string assemble(const Comparison& comparison, const fs::path& folder, const
 }
 
 // Writes the chart as SVG and, by rsvg-convert, as PDF. Returns why there is no PDF.
-std::string writeChart(const fs::path& stem, const std::string& svg) {
-  formats::writeWhole(stem.string() + ".svg", svg);
+std::string writeChart(const fs::path& stem, const std::string& svg, builder::Progress& progress) {
+  const fs::path in = fs::absolute(stem.string() + ".svg");
+  formats::writeWhole(in, svg);
   const ScratchFolder scratch;
-  const fs::path in = scratch / "chart.svg", out = scratch / "chart.pdf", messages = scratch / "messages.txt";
-  formats::writeWhole(in, svg, formats::FileRole::Working);
+  const fs::path out = scratch / "chart.pdf", messages = scratch / "messages.txt";
   try {
     // The environment says what date the PDF names: the same charts are the same bytes.
     ChildProcess child("env", {"SOURCE_DATE_EPOCH=0", "rsvg-convert", "--format=pdf", "--output=" + out.string(), in.string()}, messages);
-    while (!child.hasEnded()) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    while (!child.hasEnded()) {
+      progress.check();
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
     if (child.status() != 0) return "no charts as PDF: rsvg-convert (Debian: librsvg2-bin) is not installed or fails";
   } catch (const std::system_error& error) {
     return std::string("no charts as PDF: ") + error.what();
@@ -371,12 +374,12 @@ std::string writeChart(const fs::path& stem, const std::string& svg) {
 
 }  // namespace
 
-std::string writeComparisonCharts(const Comparison& comparison, const fs::path& folder) {
+std::string writeComparisonCharts(const Comparison& comparison, const fs::path& folder, builder::Progress& progress) {
   const std::size_t count = comparison.meshes.size();
   const std::string means = count == 1 ? comparison.meshes[0].name : "Geometric means over " + std::to_string(count) + " meshes";
-  std::string missing = writeChart(folder / "comparison", svgFile(means, meanCharts(comparison.means)));
+  std::string missing = writeChart(folder / "comparison", svgFile(means, meanCharts(comparison.means)), progress);
   for (const MeshFigures& mesh : comparison.meshes)
-    missing = writeChart(folder / mesh.name, svgFile(mesh.name, meshCharts(comparison, mesh)));
+    missing = writeChart(folder / mesh.name, svgFile(mesh.name, meshCharts(comparison, mesh)), progress);
   return missing;
 }
 

@@ -11,8 +11,9 @@
 namespace spheretree::tool {
 
 /// Writes comparison.svg (geometric means), and MESH.svg for each mesh, into `folder`, and the same as .pdf, which the
-/// program rsvg-convert makes of them. Returns why there is no PDF, or nothing.
-std::string writeComparisonCharts(const pipeline::Comparison& comparison, const std::filesystem::path& folder);
+/// program rsvg-convert makes of them. Returns why there is no PDF, or nothing. @throws
+/// formats::FileError, builder::Cancelled
+std::string writeComparisonCharts(const pipeline::Comparison& comparison, const std::filesystem::path& folder, builder::Progress& progress);
 
 /// The page. Trees come from `folder`, meshes from their original paths; what cannot be read is left out and named. To
 /// stay below `max_bytes`, meshes get fewer triangles; if that does not suffice, only trees on a Pareto front are shown
