@@ -72,6 +72,27 @@ inline TriangleMesh filletedSlab(double width, double length, double height, dou
   return mesh;
 }
 
+/// A torus about the z axis whose vertices lie on it at irregular places, with diagonals in either direction: each
+/// vertex is up to 0.24 of a cell beside its place in torusMesh(), so that no triangle is turned over.
+inline TriangleMesh irregularTorus(double big_radius, double small_radius, std::uint32_t around, std::uint32_t across, std::uint64_t seed) {
+  TriangleMesh mesh = torusMesh(big_radius, small_radius, around, across);
+  Random random(seed);
+  for (std::uint32_t i = 0; i < around; ++i)
+    for (std::uint32_t j = 0; j < across; ++j) {
+      const double u = 2 * std::numbers::pi * (i + random.between(-0.24, 0.24)) / around;
+      const double v = 2 * std::numbers::pi * (j + random.between(-0.24, 0.24)) / across;
+      const double r = big_radius + small_radius * std::cos(v);
+      mesh.positions[i * across + j] = {r * std::cos(u), r * std::sin(u), small_radius * std::sin(v)};
+    }
+  for (std::size_t cell = 0; cell < mesh.triangles.size(); cell += 2)
+    if (random.unit() < 0.5) {
+      const auto [a, b, c] = mesh.triangles[cell];
+      const std::uint32_t d = mesh.triangles[cell + 1][2];
+      mesh.triangles[cell] = {a, b, d}, mesh.triangles[cell + 1] = {b, c, d};
+    }
+  return mesh;
+}
+
 struct PatchPoint {
   Eigen::Vector3d position, normal, flat;  // on the patch, its unit normal, on the flat triangle
 };

@@ -10,7 +10,7 @@
 
 #include "mesh/simplify_mesh.h"
 #include "skin/build_search_tree.h"
-#include "skin/loop_surface.h"
+#include "skin/smooth_surface.h"
 #include "skin/surface_edges.h"
 #include "spheretree/core/mesh_edit.h"
 #include "spheretree/core/rounding.h"
@@ -242,8 +242,8 @@ std::optional<Skin> SkinBuilder::pack(BaseSurface& surface, const Vector3d& orig
   TriangleMesh& mesh = surface.mesh;
   if (mesh.triangles.size() > kMaxSearchItems) return {};
   progress_.check();
-  const SurfaceEdges edges = classifyEdges(mesh, settings_.crease_angle);
-  const SmoothSurface smooth = loopSurface(mesh, edges);
+  SurfaceEdges edges = classifyEdges(mesh, settings_.crease_angle);
+  const SmoothSurface smooth = smoothSurface(mesh, edges);
   Packer packer(mesh, origin);
   // Rounding moves a point of a triangle by at most as much as it moves a vertex.
   const double distance = surface.distance + packer.vertexError();

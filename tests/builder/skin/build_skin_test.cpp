@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <numbers>
 #include <sstream>
 #include <string>
@@ -66,6 +67,45 @@ TEST(BuildSkin, IsSound) {
     EXPECT_EQ(skin.triangles.size(), mesh.triangles.size());
     EXPECT_FLOAT_EQ(skin.crease_angle, static_cast<float>(50 * kDegree));
   }
+}
+
+/// The largest angle between the normals of the two patches at random places on edges that are not sharp [rad].
+double largestTurn(const Skin& skin, int places) {
+  std::map<std::pair<SkinPosition, SkinPosition>, std::vector<std::pair<std::size_t, std::size_t>>> sides;  // triangle, side
+  for (std::size_t t = 0; t < skin.triangles.size(); ++t)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const SkinTriangle& corners = skin.triangles[t];
+      if (skin.edges[corners.edge[k]].is_sharp != 0) continue;
+      const SkinPosition &a = skin.vertices[corners.vertex[k]].position, &b = skin.vertices[corners.vertex[(k + 1) % 3]].position;
+      sides[std::minmax(a, b)].emplace_back(t, k);
+    }
+  test::Random random(5);
+  double largest = 0;
+  for (const auto& [edge, both] : sides) {
+    EXPECT_EQ(both.size(), 2u);
+    for (int i = 0; i < places; ++i) {
+      const double share = random.unit();
+      std::array<Vector3d, 2> normal;
+      for (std::size_t j = 0; j < 2; ++j) {
+        const auto [t, k] = both[j];
+        const bool is_forward = skin.vertices[skin.triangles[t].vertex[k]].position == edge.first;
+        Vector3d w = Vector3d::Zero();
+        w[static_cast<Eigen::Index>(k)] = is_forward ? share : 1 - share;
+        w[static_cast<Eigen::Index>((k + 1) % 3)] = is_forward ? 1 - share : share;
+        normal[j] = test::pointOf(patchOf(skin, t), w).normal;
+      }
+      largest = std::max(largest, std::atan2(normal[0].cross(normal[1]).norm(), normal[0].dot(normal[1])));
+    }
+  }
+  return largest;
+}
+
+TEST(BuildSkin, TurnsNowhereAtASmoothEdge) {
+  TriangleMesh rough = test::sphereMesh(4, 4);
+  test::Random random(2);
+  for (Vector3d& p : rough.positions) p += random.inCube(0.2);  // folds, and triangles that lean far from those around them
+  EXPECT_LT(largestTurn(skinOf(rough, 0.2), 20), 0.01 * kDegree);
+  EXPECT_LT(largestTurn(skinOf(test::irregularTorus(6, 2, 48, 24, 1), 0.2), 20), 0.01 * kDegree);
 }
 
 TEST(BuildSkin, OfABoxIsFlatWithSharpEdges) {

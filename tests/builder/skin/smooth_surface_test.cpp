@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "skin/loop_surface.h"
+#include "skin/smooth_surface.h"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ using test::kDegree;
 
 SmoothSurface smoothOf(const TriangleMesh& mesh, SurfaceEdges& edges) {
   edges = classifyEdges(mesh, 50 * kDegree);
-  return loopSurface(mesh, edges);
+  return smoothSurface(mesh, edges);
 }
 
 double angleBetween(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
@@ -44,7 +44,7 @@ Worst worstOf(const TriangleMesh& mesh, Surface surface) {
   return worst;
 }
 
-TEST(LoopSurface, FollowsASphere) {
+TEST(SmoothSurfaceOfMesh, FollowsASphere) {
   const auto surface = [](const Vector3d& p) { return std::array<Vector3d, 2>{5 * p.normalized(), p.normalized()}; };
   const Worst coarse = worstOf(test::sphereMesh(5, 3), surface), fine = worstOf(test::sphereMesh(5, 4), surface);
   EXPECT_LT(fine.corner, 0.02);
@@ -53,7 +53,7 @@ TEST(LoopSurface, FollowsASphere) {
   EXPECT_LT(fine.middle, 0.3 * coarse.middle);
 }
 
-TEST(LoopSurface, FollowsATorusToTheFourthOrder) {
+TEST(SmoothSurfaceOfMesh, FollowsATorusToTheFourthOrder) {
   const auto surface = [](const Vector3d& p) {
     const Vector3d c = 6 * Vector3d(p.x(), p.y(), 0).normalized(), n = (p - c).normalized();
     return std::array<Vector3d, 2>{c + 2 * n, n};
@@ -66,7 +66,23 @@ TEST(LoopSurface, FollowsATorusToTheFourthOrder) {
   EXPECT_LT(fine.side, 0.15 * coarse.side);
 }
 
-TEST(LoopSurface, FollowsACylinderUpToItsCreases) {
+// Masks of a subdivision surface alone turn corners by 6 and sides by 10 degrees on the fine ones of these.
+TEST(SmoothSurfaceOfMesh, FollowsATorusOfIrregularTriangles) {
+  const auto surface = [](const Vector3d& p) {
+    const Vector3d c = 6 * Vector3d(p.x(), p.y(), 0).normalized(), n = (p - c).normalized();
+    return std::array<Vector3d, 2>{c + 2 * n, n};
+  };
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    const Worst coarse = worstOf(test::irregularTorus(6, 2, 48, 24, seed), surface);
+    const Worst fine = worstOf(test::irregularTorus(6, 2, 96, 48, seed), surface);
+    EXPECT_LT(coarse.corner, 5 * kDegree);
+    EXPECT_LT(fine.corner, 0.25 * kDegree);
+    EXPECT_LT(fine.side, 0.15 * kDegree);
+    EXPECT_LT(fine.middle, 0.01);
+  }
+}
+
+TEST(SmoothSurfaceOfMesh, FollowsACylinderUpToItsCreases) {
   const TriangleMesh mesh = test::cylinderMesh(3, 8, 32, 6);
   SurfaceEdges edges;
   const SmoothSurface smooth = smoothOf(mesh, edges);
@@ -86,7 +102,7 @@ TEST(LoopSurface, FollowsACylinderUpToItsCreases) {
   }
 }
 
-TEST(LoopSurface, OfFlatFacesHasTheirNormals) {
+TEST(SmoothSurfaceOfMesh, OfFlatFacesHasTheirNormals) {
   const TriangleMesh mesh = test::filletedSlab(20, 10, 8, 2, 6);
   SurfaceEdges edges;
   const SmoothSurface smooth = smoothOf(mesh, edges);
@@ -105,7 +121,7 @@ TEST(LoopSurface, OfFlatFacesHasTheirNormals) {
     }
 }
 
-TEST(LoopSurface, FollowsAMotionOfTheMesh) {
+TEST(SmoothSurfaceOfMesh, FollowsAMotionOfTheMesh) {
   const TriangleMesh mesh = test::torusMesh(6, 2, 24, 12);
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.9, Vector3d(1, -2, 3).normalized()).toRotationMatrix();
   TriangleMesh moved = mesh;
@@ -117,7 +133,7 @@ TEST(LoopSurface, FollowsAMotionOfTheMesh) {
     for (std::size_t k = 0; k < 3; ++k) EXPECT_LT((turn * one.corner_normal[t][k] - other.corner_normal[t][k]).norm(), 1e-12);
 }
 
-TEST(LoopSurface, IsTheSameFromBothTrianglesOfASmoothEdge) {
+TEST(SmoothSurfaceOfMesh, IsTheSameFromBothTrianglesOfASmoothEdge) {
   TriangleMesh mesh = test::sphereMesh(5, 3);
   test::Random random(4);
   for (Vector3d& p : mesh.positions) p += random.inCube(0.05);

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The smooth surface that a mesh represents: a Loop subdivision surface whose limit passes through the vertices of the
-// mesh. Nothing is subdivided: limit positions and normals come from the limit masks. docs/algorithms/skin/skin.md
-// Papers: C. Loop. Smooth subdivision surfaces based on triangles. Master's thesis, University of Utah, 1987;
-//         H. Hoppe et al. Piecewise smooth surface reconstruction. SIGGRAPH 1994 (masks of the limit and its tangents);
-//         A. Vlachos et al. Curved PN triangles. I3D 2001 (sides at creases, from the normals of their ends);
+// The smooth surface that a mesh represents, through its vertices: where these lie evenly, the limit of a subdivision
+// surface (loop_limit.h), elsewhere cubics fitted to them (cubic_fit.h), and at creases curves that follow the normals.
+// docs/algorithms/skin/skin.md
+// Papers: A. Vlachos et al. Curved PN triangles. I3D 2001 (sides at creases, from the normals of their ends);
 //         N. Max. Weights for computing vertex normals from facet normals. J. Graphics Tools 4(2), 1999.
 #pragma once
 
@@ -22,7 +21,8 @@ struct SmoothSurface {
   std::vector<Eigen::Vector3d> offset;                        // (edges) from the middle of the chord to the middle of the edge [mm]
 };
 
-/// Deterministic. Cost: O(vertices), 60 iterations.
-SmoothSurface loopSurface(const TriangleMesh& mesh, const SurfaceEdges& edges);
+/// Triangles that lean too far from the surface around them become facets: their sides become sharp in `edges`.
+/// Deterministic. Cost: O(vertices), 60 iterations on the even ones.
+SmoothSurface smoothSurface(const TriangleMesh& mesh, SurfaceEdges& edges);
 
 }  // namespace spheretree::builder
