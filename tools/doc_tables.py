@@ -3,11 +3,11 @@
 """tools/doc_tables.py BUILD [--update] [--slow] [NAME...]: figures of the documentation, made by the programs of BUILD.
 
 Between the lines `<!-- table: NAME -->` and `<!-- end of table -->` of README.md and docs/ stands what a function of
-this file prints. Without --update the tables are made anew and compared; a difference ends with exit code 1. Times, and
-numbers of steps that were late, are not compared, but those of a table that is named are updated. Tables that take
-minutes are left out unless --slow is given or they are named, and so are those of meshes that are not there. The test
-`install.doc_tables` runs the others. The table of docs/stability.md has a script of its own, stability_table.py, since
-`haptic-player --scenario all` takes long."""
+this file prints. They are made anew and compared; a difference ends with exit code 1. Times, and numbers of steps that
+were late, are not compared. With --update they are written into the pages, times too. Tables that take minutes are left
+out unless --slow is given or they are named, and so are those of meshes that are not there. The test
+`install.doc_tables` runs the others. A table that cannot be made does not stop the others. The table of
+docs/stability.md has a script of its own, stability_table.py, since `haptic-player --scenario all` takes long."""
 import argparse
 import csv
 import difflib
@@ -28,7 +28,11 @@ from vary_constants import fine_molar
 
 ROOT = Path(__file__).resolve().parents[1]
 BEGIN, END = re.compile(r"<!-- table: (\w+) -->"), "<!-- end of table -->"
-TIME = re.compile(r"\b\d+(\.\d+)?((, | to )\d+(\.\d+)?)* (s|us|ms|Hz|steps|times)\b")
+TIME = re.compile(r"\b\d+(\.\d+)?((, | to | / )\d+(\.\d+)?)* (s|us|ms|Hz|steps|times)\b")
+
+
+class Failure(Exception):
+    """A table cannot be made; why."""
 
 
 class Programs:
@@ -42,7 +46,7 @@ class Programs:
                   "qp_benchmark": "tests", "step_benchmark": "tests", "make_samples": "samples/make_samples", "make_scans": "samples/make_scans"}
         done = subprocess.run([str(self.build / places[name] / name), *map(str, arguments)], cwd=self.folder, capture_output=True, text=True)
         if done.returncode not in codes:
-            sys.exit(f"doc_tables: {name} {' '.join(map(str, arguments))}: exit code {done.returncode}\n{done.stderr}")
+            raise Failure(f"{name} {' '.join(map(str, arguments))}: exit code {done.returncode}\n{done.stderr}")
         return done.stdout
 
     def foreign(self):
@@ -288,7 +292,7 @@ def simplified_molar(programs):
         child = subprocess.Popen(command, cwd=programs.folder, stdout=subprocess.DEVNULL)
         _, status, used = os.wait4(child.pid, 0)
         if status:
-            sys.exit(f"doc_tables: {' '.join(map(str, command))} failed")
+            raise Failure(f"{' '.join(map(str, command))} failed")
         report = json.loads((programs.folder / "fine.json").read_text())
         mesh = report["simplification"] or {"triangles": report["mesh"]["triangles"], "distance_bound_mm": 0}
         lines.append(f"| {title} | {used.ru_utime + used.ru_stime:.0f} s | {used.ru_maxrss / 1e6:.2f} GB | {mesh['triangles']:,} | "
@@ -304,7 +308,7 @@ def step_times(programs):
     lines = ["| pairs at the haptic pose | paper: median / p99 | constrained, on leaves: median / p99 / max |", "|---|---|---|"]
     for pairs in ("150", "2000", "5000"):
         paper, leaves = found["paper", pairs], found["leaves", pairs]
-        lines.append(f"| {pairs} | {' / '.join(map(short, paper[:2]))} | {' / '.join(short(leaves[column]) for column in (0, 1, 3))} |")
+        lines.append(f"| {pairs} | {' / '.join(map(short, paper[:2]))} us | {' / '.join(short(leaves[column]) for column in (0, 1, 3))} us |")
     return lines
 
 
@@ -317,7 +321,7 @@ def qp_times(programs):
     lines = ["| rows | slide, warm | slide, cold | slot, warm | slot, cold | quadprog, slide | quadprog, slot |", "|---|---|---|---|---|---|---|"]
     for rows in ("150", "500", "2000"):
         slide, slot = found["slide", rows], found["slot", rows]
-        times = [" / ".join(short(float(value)) for value in pair.split(" / ")) if pair else "" for pair in (*slide[:2], *slot[:2], slide[2], slot[2])]
+        times = [" / ".join(short(float(value)) for value in pair.split(" / ")) + " us" if pair else "" for pair in (*slide[:2], *slot[:2], slide[2], slot[2])]
         lines.append(f"| {rows} | {' | '.join(times)} |")
     return lines
 
@@ -349,10 +353,10 @@ def molar_leaves(programs):
         scenario = json.loads((programs.folder / f"stability_{contact}/stability.json").read_text())["scenarios"][0]
         figures.append({figure["quantity"]: figure["results"]["constrained"] for figure in scenario["figures"]})
     leaves = figures[0]
-    lines = ["| leaves | overhang [mm] | by leaves: pairs, median | by leaves: step, median / p99 [us] | on the skin: step, median / p99 [us] |", "|---|---|---|---|---|"]
+    lines = ["| leaves | overhang [mm] | by leaves: pairs, median | by leaves: step, median / p99 | on the skin: step, median / p99 |", "|---|---|---|---|---|"]
     for count in (8, 64, 512, 4096):
         of = f" on a molar of {count} leaves"
-        times = [" / ".join(short(found[f"processor time of a step, {part},{of}"]) for part in ("median", "p99")) for found in figures]
+        times = [" / ".join(short(found[f"processor time of a step, {part},{of}"]) for part in ("median", "p99")) + " us" for found in figures]
         lines.append(f"| {count} | {leaves['overhang' + of]:.2g} | {leaves['pairs, median,' + of]:.0f} | {' | '.join(times)} |")
     return lines
 
@@ -423,7 +427,7 @@ def toolkit_rows(programs, *options):
     """Our trees beside those of the reference program, by the script that compares them: (mesh, builder) to a row."""
     judge = programs.build / "tests/judge/judge"
     if not judge.is_file():
-        sys.exit(f"doc_tables: no {judge}, which measures the trees; the tests build it (ctest -R judge_build)")
+        raise Failure(f"no {judge}, which measures the trees; the tests build it (ctest -R judge_build)")
     subprocess.run([sys.executable, ROOT / "tests/pipeline/toolkit_comparison.py", judge, programs.build / "tools/spheretree/spheretree",
                     programs.foreign() / "toolkit", "toolkit", "--json", "toolkit.json", *options], cwd=programs.folder, check=True, stdout=subprocess.DEVNULL)
     return {(row["mesh"], row["builder"]): row for row in json.loads((programs.folder / "toolkit.json").read_text())["rows"]}
@@ -444,9 +448,9 @@ def toolkit_times(programs):
     """Processor time of a tooth, and how often it fits into that of the authors' program."""
     rows = [toolkit_rows(programs)["tooth", builder] for builder in TOOLKIT_BUILDERS]
     return ["| | " + " | ".join(builder.capitalize() for builder in TOOLKIT_BUILDERS) + " |", "|---" * 9 + "|",
-            "| ours [s] | " + " | ".join(f"{row['processor_s']:.2f}" for row in rows) + " |",
-            "| theirs [s] | " + " | ".join(f"{row['toolkit_processor_s']:.3g}" for row in rows) + " |",
-            "| times as fast | " + " | ".join(f"{row['toolkit_processor_s'] / row['processor_s']:.2g}" for row in rows) + " |"]
+            "| ours | " + " | ".join(f"{row['processor_s']:.2f} s" for row in rows) + " |",
+            "| theirs | " + " | ".join(f"{row['toolkit_processor_s']:.3g} s" for row in rows) + " |",
+            "| as fast | " + " | ".join(f"{row['toolkit_processor_s'] / row['processor_s']:.2g} times" for row in rows) + " |"]
 
 
 def sensitivity(programs):
@@ -493,9 +497,28 @@ def tables_of(page):
     for number, line in enumerate(lines):
         found = BEGIN.fullmatch(line)
         if found:
-            if found.group(1) not in TABLES:
-                sys.exit(f"{page.relative_to(ROOT)}:{number + 1}: no table '{found.group(1)}'; there are {', '.join(TABLES)}")
             yield found.group(1), number + 1, lines.index(END, number)
+
+
+def pages_of_tables():
+    """The page that shows each table."""
+    pages = {name: page for page in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))] for name, _, _ in tables_of(page)}
+    if pages.keys() != TABLES.keys():
+        sys.exit(f"doc_tables: on one side only, a page or TABLES: {', '.join(sorted(pages.keys() ^ TABLES.keys()))}")
+    return pages
+
+
+def is_as_made(page, name, made, update):
+    """Whether the page shows what was made, but for times; if not, prints what differs. Reads the page anew, since a
+    table may take long to make."""
+    lines = page.read_text(encoding="utf-8").split("\n")
+    first, last = next((first, last) for found, first, last in tables_of(page) if found == name)
+    is_same = [TIME.sub("", line) for line in lines[first:last]] == [TIME.sub("", line) for line in made]
+    if not is_same:
+        print("\n".join(difflib.unified_diff(lines[first:last], made, f"{page.relative_to(ROOT)}, {name}", "as the programs make it", lineterm="")))
+    if update:
+        page.write_text("\n".join(lines[:first] + made + lines[last:]), encoding="utf-8")
+    return is_same
 
 
 def main():
@@ -505,29 +528,28 @@ def main():
     parser.add_argument("--slow", action="store_true")
     parser.add_argument("names", nargs="*")
     options = parser.parse_intermixed_args()
-    differences, seen = 0, set()
+    pages = pages_of_tables()
+    names = options.names or [name for name in TABLES if options.slow or name not in SLOW]
+    if set(names) - pages.keys():
+        parser.error(f"no table {', '.join(sorted(set(names) - pages.keys()))}; there are {', '.join(TABLES)}")
+    different, failed = [], []
     with tempfile.TemporaryDirectory() as folder:
         programs = Programs(options.build, folder)
-        for page in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
-            for name, first, last in reversed(list(tables_of(page))):
-                seen.add(name)
-                if options.names and name not in options.names or not options.names and name in SLOW and not options.slow:
-                    continue
-                if name in FOREIGN and not programs.foreign().is_dir():
-                    print(f"doc_tables: {name}: left out, without {programs.foreign()}")
-                    continue
-                made = TABLES[name](programs)
-                lines = page.read_text(encoding="utf-8").split("\n")
-                is_same = [TIME.sub("", line) for line in lines[first:last]] == [TIME.sub("", line) for line in made]
-                if is_same and not (options.update and name in options.names):
-                    continue
-                differences += 1
-                print("\n".join(difflib.unified_diff(lines[first:last], made, f"{page.relative_to(ROOT)}, {name}", "as the programs make it", lineterm="")))
-                if options.update:
-                    page.write_text("\n".join(lines[:first] + made + lines[last:]), encoding="utf-8")
-    if set(TABLES) - seen:
-        sys.exit(f"doc_tables: no page shows {', '.join(sorted(set(TABLES) - seen))}")
-    return 1 if differences and not options.update else 0
+        for number, name in enumerate(names, 1):
+            print(f"doc_tables: {number} of {len(names)}, {name}", flush=True)
+            if name in FOREIGN and not programs.foreign().is_dir():
+                print(f"doc_tables: {name}: left out, without {programs.foreign()}")
+                continue
+            try:
+                if not is_as_made(pages[name], name, TABLES[name](programs), options.update):
+                    different.append(name)
+            except (Failure, subprocess.CalledProcessError) as failure:
+                print(f"doc_tables: {name}: {failure}")
+                failed.append(name)
+    for what, found in (("differ", different), ("could not be made", failed)):
+        if found:
+            print(f"doc_tables: {what}: {', '.join(found)}")
+    return 1 if failed or different and not options.update else 0
 
 
 if __name__ == "__main__":
