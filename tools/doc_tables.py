@@ -39,6 +39,15 @@ class Failure(Exception):
     """A table cannot be made; why."""
 
 
+def output(*command, codes=(0,), **more):
+    """What a command prints."""
+    words = [str(word) for word in command]
+    done = subprocess.run(words, capture_output=True, text=True, **more)
+    if done.returncode not in codes:
+        raise Failure(f"{' '.join(words)}: exit code {done.returncode}\n{done.stderr}")
+    return done.stdout
+
+
 class Programs:
     """The programs of a build, and one folder that the tables share."""
 
@@ -49,10 +58,7 @@ class Programs:
         places = {"spheretree": "tools/spheretree", "haptic-player": "tools/haptic_player", "load_benchmark": "tests",
                   "node_pairs": "tests", "qp_benchmark": "tests", "step_benchmark": "tests",
                   "make_samples": "samples/make_samples", "make_scans": "samples/make_scans"}
-        done = subprocess.run([str(self.build / places[name] / name), *map(str, arguments)], cwd=self.folder, capture_output=True, text=True)
-        if done.returncode not in codes:
-            raise Failure(f"{name} {' '.join(map(str, arguments))}: exit code {done.returncode}\n{done.stderr}")
-        return done.stdout
+        return output(self.build / places[name] / name, *arguments, codes=codes, cwd=self.folder)
 
     def foreign(self):
         """The folder of meshes that are not part of the repository."""
@@ -215,7 +221,7 @@ def split_margin(programs):
 
 def tissue(programs, *meshes):
     """What benchmarks/tissue.py prints: a table of overhangs for each mesh, and one of forces and times."""
-    text = subprocess.run([ROOT / "benchmarks/tissue.py", programs.build, *meshes], cwd=programs.folder, check=True, capture_output=True, text=True).stdout
+    text = output(ROOT / "benchmarks/tissue.py", programs.build, *meshes, cwd=programs.folder)
     return [table.strip().split("\n") for table in text.split("\n\n")]
 
 
@@ -401,9 +407,7 @@ def renderer_scenarios(programs):
 
 def printed_by(programs, test, cases, pattern, **environment):
     """What a test program prints that matches the pattern."""
-    command = [programs.build / "tests" / test, f"--gtest_filter={cases}"]
-    done = subprocess.run(command, env={**os.environ, **environment}, check=True, capture_output=True, text=True)
-    return re.findall(pattern, done.stdout, re.MULTILINE)
+    return re.findall(pattern, output(programs.build / "tests" / test, f"--gtest_filter={cases}", env=os.environ | environment), re.MULTILINE)
 
 
 def skin_errors(programs):
@@ -466,7 +470,7 @@ def felt_meshes(programs):
         mesh = as_obj(mesh, programs.folder / "felt.obj") if mesh.suffix == ".stl" else mesh
         command = ["/usr/bin/python3", feel, programs.build / "tools/spheretree/spheretree", programs.build / "tools/haptic_player/haptic-player", mesh,
                    programs.folder / "felt", "--modes", "--mode constrained", *options]  # the python of the system has its packages
-        row = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()[-1])
+        row = json.loads(output(*command).splitlines()[-1])
         angle, stand_off = row["angle_deg"], row["stand_off_mm"]
         lines.append(f"| {title} | {angle['median']:.2g} / {angle['p99']:.2g} | {stand_off['p1']:.4f} to {stand_off['p99']:.4f} | {row['force_jump_N']['max']:.3f} |")
     return lines
@@ -488,13 +492,12 @@ def node_pairs(programs):
 
 def robots(programs):
     """Uncovered surface and overhang of the spheres of several rules, by the script that makes them."""
-    text = subprocess.run(["/usr/bin/python3", ROOT / "benchmarks/robot_spheres.py", programs.build], check=True, capture_output=True, text=True).stdout
-    return text.split("\n\n")[0].splitlines()
+    return output("/usr/bin/python3", ROOT / "benchmarks/robot_spheres.py", programs.build).split("\n\n")[0].splitlines()
 
 
 def view_times(programs):
     """What the window costs the servo loop."""
-    return subprocess.run([sys.executable, ROOT / "benchmarks/view.py", programs.build], check=True, capture_output=True, text=True).stdout.splitlines()
+    return output(sys.executable, ROOT / "benchmarks/view.py", programs.build).splitlines()
 
 
 def built(programs, mesh, *options):
@@ -534,8 +537,8 @@ def toolkit_rows(programs, *options):
     judge = programs.build / "tests/judge/judge"
     if not judge.is_file():
         raise Failure(f"no {judge}, which measures the trees; the tests build it (ctest -R judge_build)")
-    subprocess.run([sys.executable, ROOT / "tests/pipeline/toolkit_comparison.py", judge, programs.build / "tools/spheretree/spheretree",
-                    programs.foreign() / "toolkit", "toolkit", "--json", "toolkit.json", *options], cwd=programs.folder, check=True, stdout=subprocess.DEVNULL)
+    output(sys.executable, ROOT / "tests/pipeline/toolkit_comparison.py", judge, programs.build / "tools/spheretree/spheretree",
+           programs.foreign() / "toolkit", "toolkit", "--json", "toolkit.json", *options, cwd=programs.folder)
     return {(row["mesh"], row["builder"]): row for row in json.loads((programs.folder / "toolkit.json").read_text())["rows"]}
 
 
@@ -578,9 +581,9 @@ def tolerance_leaves(programs):
     lines = ["| meshes, quality, leaves | leaves, relative to the fewest of some seeds: geometric mean, largest | time, relative to `--leaves`: geometric mean, largest |",
              "|---|---|---|"]
     for meshes, quality, leaves, seeds in ((many, "quick", 150, 10), (many, "standard", 150, 10), (few, "standard", 440, 5)):
-        subprocess.run([sys.executable, ROOT / "tests/pipeline/tolerance_figures.py", programs.build / "tools/spheretree/spheretree",
-                        *(programs.foreign() / mesh for mesh in meshes), "--leaves", str(leaves), "--seeds", str(seeds), "--quality", quality, "--json", "tolerance.json"],
-                       cwd=programs.folder, check=True, stdout=subprocess.DEVNULL)
+        output(sys.executable, ROOT / "tests/pipeline/tolerance_figures.py", programs.build / "tools/spheretree/spheretree",
+               *(programs.foreign() / mesh for mesh in meshes), "--leaves", leaves, "--seeds", seeds, "--quality", quality, "--json", "tolerance.json",
+               cwd=programs.folder)
         rows = json.loads((programs.folder / "tolerance.json").read_text())
         cells = [f"{statistics.geometric_mean(ratios):.3f}, {max(ratios):.3f}" for ratios in (
             [row[ours] / row[theirs] for row in rows] for ours, theirs in (("leaves", "fewest_leaves"), ("seconds", "seconds_of_leaves")))]
@@ -644,13 +647,12 @@ def main():
         programs = Programs(options.build, folder)
         for number, name in enumerate(names, 1):
             print(f"doc_tables: {number} of {len(names)}, {name}", flush=True)
-            if name in FOREIGN and not programs.foreign().is_dir():
-                print(f"doc_tables: {name}: left out, without {programs.foreign()}")
-                continue
             try:
-                if not is_as_made(pages[name], name, TABLES[name](programs), options.update):
+                if name in FOREIGN and not programs.foreign().is_dir():
+                    print(f"doc_tables: {name}: left out, without {programs.foreign()}")
+                elif not is_as_made(pages[name], name, TABLES[name](programs), options.update):
                     different.append(name)
-            except (Failure, subprocess.CalledProcessError) as failure:
+            except (Failure, OSError) as failure:
                 print(f"doc_tables: {name}: {failure}")
                 failed.append(name)
     for what, found in (("differ", different), ("could not be made", failed)):

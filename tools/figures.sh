@@ -1,12 +1,17 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# tools/figures.sh [BUILD]: every figure of the documents anew, on this machine: tables, pictures, the table of stability
-# scenarios, the effects of constants. Takes about a day; what takes least comes first. BUILD: default build/release.
-# Goes on after a step that fails. At the end it lists what failed and, by git, which documents differ; exit code 1 if
-# a step failed. Times are those of this machine, so let it do nothing else.
+# tools/figures.sh [BUILD [STEP...]]: every figure of the documents anew, on this machine. Steps: pictures, tables,
+# stability (the table of all scenarios, hours), constants (the effects of half and twice each, longer). Defaults:
+# build/release and all steps. Goes on after a step that fails; at the end it lists what failed and, by git, which
+# documents differ. Exit code 1 if a step failed. Times are those of this machine, so let it do nothing else.
 set -u
 cd "$(dirname "$0")/.."
 build=${1:-build/release}
+steps=("${@:2}")
+[[ ${#steps[@]} -gt 0 ]] || steps=(pictures tables stability constants)
+for name in "${steps[@]}"; do
+  [[ $name =~ ^(pictures|tables|stability|constants)$ ]] || { echo "tools/figures.sh: no step '$name'; there are pictures, tables, stability, constants" >&2; exit 2; }
+done
 out=build/figures
 mkdir -p "$out"
 
@@ -19,7 +24,6 @@ stability() {
 }
 constants() { tools/vary_constants.py --update; }
 
-steps=(pictures tables stability constants)
 failed=()
 for number in "${!steps[@]}"; do
   name=${steps[number]}
