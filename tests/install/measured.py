@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""measured.py SOURCE: fails if a document states a measured figure and not where it comes from.
+"""measured.py SOURCE: fails if a document states a measured figure and not where it comes from, or names a test that
+does not exist.
 
-Read are README.md, CONTRIBUTING.md and docs/, but for the text between `<!-- table: NAME -->` and `<!-- end of table
--->`, which tools/doc_tables.py makes, code, and docs/constants.md, whose figures tools/vary_constants.py makes. A
-sentence is taken to state a measured figure if it has
+Read are README.md, CONTRIBUTING.md and docs/, but for code and the text between `<!-- table: NAME -->` and `<!-- end of
+table -->`, which tools/doc_tables.py makes. A sentence is taken to state a measured figure if it has
 
 - a time, a percentage or a number of bytes, and no word that makes it a setting, a limit or a definition (SETTING); or
 - a number with any unit, and a word of measurement (MEASURED).
@@ -13,8 +13,8 @@ A table is taken to do so if its head has such a word. It has a source if its pa
 too) names a test (`Suite.Case`, a file of tests, a benchmark) or a script of tools/ or benchmarks/, or has a link to a
 page with figures that are made. A sentence that looks measured and is none is better written another way: it looks
 measured to readers, too."""
+import fnmatch
 import re
-import subprocess
 import sys
 from pathlib import Path
 
@@ -27,7 +27,8 @@ SETTING = re.compile(r"\b(at most|at least|up to|limit\w*|default|definition|abo
 MEASURED = re.compile(rf"\b(median|average|geometric mean|p99|percentile|measured|gains?|gave|faster|slower|differ by|in practice)\b|"
                       rf"\b(takes?|took|costs?|saves?) (about |some |from )?{NUMBER}{TIME}|% (less|fewer|higher|lower|farther)\b")
 HEAD = re.compile(r"\b(median|p99|measured|mean|times?|seconds|memory|uncovered)\b|\[(us|ms|s)\]|energy")
-SOURCE = re.compile(r"`\w+\.[A-Z]\w+[*`]|\w+_(test|benchmark)\b|\b(tests|tools|benchmarks)/[\w/]+|--gtest_filter|\bfeel\.\*")
+SOURCE = re.compile(r"`\w+\.[A-Z]\w+[*`]|\w+_(test|benchmark)\b|\btests/[\w/]+|\b(tools|benchmarks)/\w+\.(py|sh)\b|--gtest_filter|\bfeel\.\*")
+TEST = re.compile(r"`([A-Z]\w+\.[A-Z*][\w*]*)`")
 LINK = re.compile(r"\]\(([^)#\s]*)(#[^)]*)?\)")
 
 
@@ -69,9 +70,17 @@ def has_source(page, lines):
     return SOURCE.search(text) or any(target.suffix == ".md" and target.is_file() and "<!-- table:" in target.read_text(encoding="utf-8") for target in targets)
 
 
-def faults_of(root, page):
-    before = []
-    for number, lines in paragraphs(page.read_text(encoding="utf-8")):
+def tests_of(root):
+    text = "\n".join(path.read_text(encoding="utf-8") for path in (root / "tests").rglob("*.cpp"))
+    return [f"{suite}.{case}" for suite, case in re.findall(r"\bTEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\)", text)]
+
+
+def faults_of(root, page, tests):
+    text, before = page.read_text(encoding="utf-8"), []
+    for name in TEST.findall(text):
+        if not fnmatch.filter(tests, name):
+            yield f"{page.relative_to(root)}: no test is called {name}"
+    for number, lines in paragraphs(text):
         figure = figure_in(lines)
         if figure and not has_source(page, lines if not lines[0].startswith("|") else before + lines):
             yield f"{page.relative_to(root)}:{number}: a measured figure without a test or script that makes it: {figure[:160]}"
@@ -81,8 +90,8 @@ def faults_of(root, page):
 def main():
     root = Path(sys.argv[1]).resolve()
     pages = [root / "README.md", root / "CONTRIBUTING.md", *sorted((root / "docs").rglob("*.md"))]
-    pages.remove(root / "docs/constants.md")
-    faults = [fault for page in pages for fault in faults_of(root, page)]
+    tests = tests_of(root)
+    faults = [fault for page in pages for fault in faults_of(root, page, tests)]
     print("\n".join(faults) if faults else f"measured: {len(pages)} pages, every measured figure has a source")
     return 1 if faults else 0
 
