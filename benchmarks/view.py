@@ -48,16 +48,16 @@ with tempfile.TemporaryDirectory() as name:
     there_and_back(folder)
     server, name = display()
     try:
-        print("| | step, median / p99 / p99.9 [us] | late steps | frame, median / p99 [ms] | first frame [s] | steps not shown |\n|---|---|---|---|---|---|")
+        print("| | step: median / p99 / p99.9 | late | frame: median / p99 | first frame | not shown |\n|---|---|---|---|---|---|")
         for title, options in CASES:
             view = ["--view", "--hand-from", "file", *options] if options else []
             environment = os.environ | {"DISPLAY": name, "LIBGL_ALWAYS_SOFTWARE": "1"}
             run = json.loads(output(PLAYER, folder / "trees/scene.json", "--device", "simulated", "--trajectory", folder / "path.csv", "--clock", "real",
                                     "--seconds", seconds, "--json", "--progress", "none", *view, env=environment))
             step, shown = run["time_us"]["total"], run.get("view")
-            row = [title, f"{step['median']:.1f} / {step['p99']:.0f} / {step['p99_9']:.0f}", f"{run['missed_deadlines']} of {run['steps']:,}"]
-            row += [f"{shown['frame_us']['median'] / 1000:.0f} / {shown['frame_us']['p99'] / 1000:.0f}", f"{shown['first_frame_s']:.2f}",
-                    str(shown["steps_not_shown"])] if shown else ["", "", ""]
+            row = [title, f"{step['median']:.1f} / {step['p99']:.0f} / {step['p99_9']:.0f} us", f"{run['missed_deadlines']} steps"]
+            row += [f"{shown['frame_us']['median'] / 1000:.0f} / {shown['frame_us']['p99'] / 1000:.0f} ms", f"{shown['first_frame_s']:.2f} s",
+                    f"{shown['steps_not_shown']} steps"] if shown else ["", "", ""]
             print("| " + " | ".join(row) + " |", flush=True)
     finally:
         server.terminate()

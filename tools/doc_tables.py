@@ -3,11 +3,11 @@
 """tools/doc_tables.py BUILD [--update] [--slow] [NAME...]: figures of the documentation, made by the programs of BUILD.
 
 Between the lines `<!-- table: NAME -->` and `<!-- end of table -->` of README.md and docs/ stands what a function of
-this file prints. Without --update the tables are made anew and compared; a difference ends with exit code 1. Times, and
-numbers of steps that were late, are not compared, but those of a table that is named are updated. Tables that take
-minutes are left out unless --slow is given or they are named, and so are those of meshes that are not there. The test
-`install.doc_tables` runs the others. The table of docs/stability.md has a script of its own, stability_table.py, since
-`haptic-player --scenario all` takes long."""
+this file prints. They are made anew and compared; a difference ends with exit code 1. Times, and numbers of steps that
+were late, are not compared. With --update they are written into the pages, times too. Tables that take minutes are left
+out unless --slow is given or they are named, and so are those of meshes that are not there. The test
+`install.doc_tables` runs the others. A table that cannot be made does not stop the others. The table of
+docs/stability.md has a script of its own, stability_table.py, since `haptic-player --scenario all` takes long."""
 import argparse
 import csv
 import difflib
@@ -18,6 +18,7 @@ import os
 import re
 import resource
 import statistics
+import struct
 import subprocess
 import sys
 import tempfile
@@ -28,7 +29,23 @@ from vary_constants import fine_molar
 
 ROOT = Path(__file__).resolve().parents[1]
 BEGIN, END = re.compile(r"<!-- table: (\w+) -->"), "<!-- end of table -->"
-TIME = re.compile(r"\b\d+(\.\d+)?((, | to )\d+(\.\d+)?)* (s|us|ms|Hz|steps|times)\b")
+TIME = re.compile(r"\b\d+(\.\d+)?((, | to | / )\d+(\.\d+)?)* (s|us|ms|Hz|steps|times)\b")
+
+
+MODES = ["paper", "constrained", "points", "volume", "continuous"]
+
+
+class Failure(Exception):
+    """A table cannot be made; why."""
+
+
+def output(*command, codes=(0,), **more):
+    """What a command prints."""
+    words = [str(word) for word in command]
+    done = subprocess.run(words, capture_output=True, text=True, **more)
+    if done.returncode not in codes:
+        raise Failure(f"{' '.join(words)}: exit code {done.returncode}\n{done.stderr}")
+    return done.stdout
 
 
 class Programs:
@@ -39,11 +56,9 @@ class Programs:
 
     def run(self, name, *arguments, codes=(0,)):
         places = {"spheretree": "tools/spheretree", "haptic-player": "tools/haptic_player", "load_benchmark": "tests",
-                  "qp_benchmark": "tests", "step_benchmark": "tests", "make_samples": "samples/make_samples", "make_scans": "samples/make_scans"}
-        done = subprocess.run([str(self.build / places[name] / name), *map(str, arguments)], cwd=self.folder, capture_output=True, text=True)
-        if done.returncode not in codes:
-            sys.exit(f"doc_tables: {name} {' '.join(map(str, arguments))}: exit code {done.returncode}\n{done.stderr}")
-        return done.stdout
+                  "node_pairs": "tests", "qp_benchmark": "tests", "step_benchmark": "tests",
+                  "make_samples": "samples/make_samples", "make_scans": "samples/make_scans"}
+        return output(self.build / places[name] / name, *arguments, codes=codes, cwd=self.folder)
 
     def foreign(self):
         """The folder of meshes that are not part of the repository."""
@@ -206,7 +221,7 @@ def split_margin(programs):
 
 def tissue(programs, *meshes):
     """What benchmarks/tissue.py prints: a table of overhangs for each mesh, and one of forces and times."""
-    text = subprocess.run([ROOT / "benchmarks/tissue.py", programs.build, *meshes], cwd=programs.folder, check=True, capture_output=True, text=True).stdout
+    text = output(ROOT / "benchmarks/tissue.py", programs.build, *meshes, cwd=programs.folder)
     return [table.strip().split("\n") for table in text.split("\n\n")]
 
 
@@ -288,7 +303,7 @@ def simplified_molar(programs):
         child = subprocess.Popen(command, cwd=programs.folder, stdout=subprocess.DEVNULL)
         _, status, used = os.wait4(child.pid, 0)
         if status:
-            sys.exit(f"doc_tables: {' '.join(map(str, command))} failed")
+            raise Failure(f"{' '.join(map(str, command))} failed")
         report = json.loads((programs.folder / "fine.json").read_text())
         mesh = report["simplification"] or {"triangles": report["mesh"]["triangles"], "distance_bound_mm": 0}
         lines.append(f"| {title} | {used.ru_utime + used.ru_stime:.0f} s | {used.ru_maxrss / 1e6:.2f} GB | {mesh['triangles']:,} | "
@@ -304,7 +319,7 @@ def step_times(programs):
     lines = ["| pairs at the haptic pose | paper: median / p99 | constrained, on leaves: median / p99 / max |", "|---|---|---|"]
     for pairs in ("150", "2000", "5000"):
         paper, leaves = found["paper", pairs], found["leaves", pairs]
-        lines.append(f"| {pairs} | {' / '.join(map(short, paper[:2]))} | {' / '.join(short(leaves[column]) for column in (0, 1, 3))} |")
+        lines.append(f"| {pairs} | {' / '.join(map(short, paper[:2]))} us | {' / '.join(short(leaves[column]) for column in (0, 1, 3))} us |")
     return lines
 
 
@@ -317,27 +332,47 @@ def qp_times(programs):
     lines = ["| rows | slide, warm | slide, cold | slot, warm | slot, cold | quadprog, slide | quadprog, slot |", "|---|---|---|---|---|---|---|"]
     for rows in ("150", "500", "2000"):
         slide, slot = found["slide", rows], found["slot", rows]
-        times = [" / ".join(short(float(value)) for value in pair.split(" / ")) if pair else "" for pair in (*slide[:2], *slot[:2], slide[2], slot[2])]
+        times = [" / ".join(short(float(value)) for value in pair.split(" / ")) + " us" if pair else "" for pair in (*slide[:2], *slot[:2], slide[2], slot[2])]
         lines.append(f"| {rows} | {' | '.join(times)} |")
     return lines
 
 
-def renderer_means(programs):
-    """Geometric means over the bodies of the 99th percentiles of all renderers, from the page that compares them."""
-    modes = ["paper", "constrained", "points", "volume", "continuous"]
-    programs.run("haptic-player", "--scenario", "F7", "--modes", ",".join(modes), "--share", "0.01", "--quality", "quick", "--cache", "player_trees",
+@functools.cache
+def renderer_rows(programs):
+    """The table of the page that compares the renderers: name, body, leaves, and the figures from the time of a step to
+    the stand-off, as the head of that table names them."""
+    programs.run("haptic-player", "--scenario", "F7", "--modes", ",".join(MODES), "--share", "0.01", "--quality", "quick", "--cache", "player_trees",
                  "--chart", "renderers.html", codes=(0, 5))
-    means = {}
-    for row in re.findall(r"<tr><th scope=\"row\">(.*)</tr>", (programs.folder / "renderers.html").read_text(encoding="utf-8")):
-        title, *cells = re.findall(r"([^<>]+)</t[hd]>", row)
-        if len(cells) == 11 and "leaves" not in title:
-            means.setdefault((title.split()[0], int(cells[1])), []).append([max(float(cells[column]), 1e-5) for column in (4, 6, 9)])
+    rows = [re.findall(r"([^<>]+)</t[hd]>", row)
+            for row in re.findall(r"<tr><th scope=\"row\">(.*)</tr>", (programs.folder / "renderers.html").read_text(encoding="utf-8"))]
+    names = ("memory", "step", "step_p99", "force", "force_p99", "angle", "angle_p99", "penetration", "stand_off")
+    return [(row[0], row[1], int(row[2]), dict(zip(names, map(float, row[3:])))) for row in rows if len(row) == 12]
+
+
+def renderer_means(programs):
+    """Geometric means over the bodies of the 99th percentiles of all renderers."""
     sizes = (64, 512, 4096)
     lines = [f"| memory of our trees of | {sizes[0]} leaves | " + " | ".join(f"{size:,}" for size in sizes[1:]) + " |", "|---|---|---|---|"]
-    for mode in modes:
-        figures = [[short(statistics.geometric_mean(column)) for column in zip(*means[mode, size])] for size in sizes]
-        lines.append(f"| `{mode}` | " + " | ".join(f"{time} us, {force} N, {depth} mm" for time, force, depth in figures) + " |")
+    for mode in MODES:
+        cells = []
+        for size in sizes:
+            found = [row for name, _, leaves, row in renderer_rows(programs) if name.split()[0] == mode and "leaves" not in name and leaves == size]
+            time, force, depth = (short(statistics.geometric_mean(max(row[figure], 1e-5) for row in found)) for figure in ("step_p99", "force_p99", "penetration"))
+            cells.append(f"{time} us, {force} N, {depth} mm")
+        lines.append(f"| `{mode}` | {' | '.join(cells)} |")
     return lines
+
+
+def molar_felt(programs):
+    """What a ball feels around the crown of a molar, on leaves and on the skin."""
+    found = {(name, leaves): row for name, body, leaves, row in renderer_rows(programs) if "molar" in body and name.startswith("constrained")}
+
+    def cell(name, leaves):
+        row = found[name, leaves]
+        return f"{short(row['angle'])} / {short(row['angle_p99'])}, {short(row['stand_off'])}"
+
+    lines = ["| leaves | on leaves: angle, median / p99 [degree], stand-off, p99 [mm] | on the skin |", "|---|---|---|"]
+    return lines + [f"| {leaves} | {cell('constrained, on leaves', leaves)} | {cell('constrained', leaves)} |" for leaves in (8, 64, 512, 4096)]
 
 
 def molar_leaves(programs):
@@ -349,33 +384,30 @@ def molar_leaves(programs):
         scenario = json.loads((programs.folder / f"stability_{contact}/stability.json").read_text())["scenarios"][0]
         figures.append({figure["quantity"]: figure["results"]["constrained"] for figure in scenario["figures"]})
     leaves = figures[0]
-    lines = ["| leaves | overhang [mm] | by leaves: pairs, median | by leaves: step, median / p99 [us] | on the skin: step, median / p99 [us] |", "|---|---|---|---|---|"]
+    lines = ["| leaves | overhang [mm] | by leaves: pairs, median | by leaves: step, median / p99 | on the skin: step, median / p99 |", "|---|---|---|---|---|"]
     for count in (8, 64, 512, 4096):
         of = f" on a molar of {count} leaves"
-        times = [" / ".join(short(found[f"processor time of a step, {part},{of}"]) for part in ("median", "p99")) for found in figures]
+        times = [" / ".join(short(found[f"processor time of a step, {part},{of}"]) for part in ("median", "p99")) + " us" for found in figures]
         lines.append(f"| {count} | {leaves['overhang' + of]:.2g} | {leaves['pairs, median,' + of]:.0f} | {' | '.join(times)} |")
     return lines
 
 
 def renderer_scenarios(programs):
     """How many scenarios each renderer holds: of all in which it takes part, with a hundredth of the repetitions."""
-    modes = ["paper", "constrained", "points", "volume", "continuous"]
-    programs.run("haptic-player", "--scenario", "all", "--modes", ",".join(modes), "--share", "0.01", "--quality", "quick", "--turned", "0",
+    programs.run("haptic-player", "--scenario", "all", "--modes", ",".join(MODES), "--share", "0.01", "--quality", "quick", "--turned", "0",
                  "--cache", "player_trees", "--out", "renderers", codes=(0, 5))
     scenarios = json.loads((programs.folder / "renderers/stability.json").read_text())["scenarios"]
-    lines = ["| scenarios that hold, of those that a renderer takes part in | " + " | ".join(modes) + " |", "|---" * (len(modes) + 1) + "|"]
+    lines = ["| scenarios that hold, of those that a renderer takes part in | " + " | ".join(MODES) + " |", "|---" * (len(MODES) + 1) + "|"]
     for letter, title in (("F", "along a path"), ("S", "a hand in closed loop")):
         verdicts = [scenario["verdicts"] for scenario in scenarios if scenario["id"].startswith(letter)]
-        found = [[verdict[mode] for verdict in verdicts if mode in verdict] for mode in modes]
+        found = [[verdict[mode] for verdict in verdicts if mode in verdict] for mode in MODES]
         lines.append(f"| {letter}1 to {letter}{len(verdicts)}, {title} | " + " | ".join(f"{row.count('holds')} of {len(row)}" for row in found) + " |")
     return lines
 
 
 def printed_by(programs, test, cases, pattern, **environment):
     """What a test program prints that matches the pattern."""
-    command = [programs.build / "tests" / test, f"--gtest_filter={cases}"]
-    done = subprocess.run(command, env={**os.environ, **environment}, check=True, capture_output=True, text=True)
-    return re.findall(pattern, done.stdout, re.MULTILINE)
+    return re.findall(pattern, output(programs.build / "tests" / test, f"--gtest_filter={cases}", env=os.environ | environment), re.MULTILINE)
 
 
 def skin_errors(programs):
@@ -385,6 +417,87 @@ def skin_errors(programs):
     for what, triangles, *errors in sorted(found, key=lambda row: (row[0], int(row[1]))):
         lines.append(f"| {what}, {int(triangles):,} triangles | " + " | ".join(short(float(error)) for error in errors) + " |")
     return lines
+
+
+def passivity(programs):
+    """Walls without and with passivity control, as the test of the controller prints them."""
+    found = printed_by(programs, "device_test", "PassivityControl.TakesSwing*",
+                       r"^wall of (\d) N/mm, (\d) late, (\w+) +off: +(\S+) N +(\S+) mJ, on: +(\S+) N +(\S+) mJ$")
+    lines = ["| wall, delay | hand | off: swing, energy | on: swing, energy |", "|---|---|---|---|"]
+    for stiffness, late, hand, *figures in found:
+        off, on = (f"{float(swing):.2g} N, {round(float(energy))} mJ" for swing, energy in (figures[:2], figures[2:]))
+        lines.append(f"| {stiffness} N/mm, {late} step{'s' if late != '1' else ''} | {hand} | {off} | {on} |")
+    return lines
+
+
+def quiet_walls(programs):
+    """The stiffest quiet walls at each delay, stated and measured, as the tests of the simulated device print them."""
+    found = {}
+    for hand, friction, measured, unit, stated in printed_by(
+            programs, "device_test", "SimulatedDevice.*Restless*",
+            r"^quiet up to (?:(\w+) +)?d=\d(?: (with\w*) Coulomb friction)?: +(\S+) (N/mm|N m/rad), stated +(\S+)$"):
+        found.setdefault(f"{hand or 'about an axis, ' + friction + ' Coulomb friction'} [{unit}]", []).append(f"{float(stated):g} | {float(measured):.3g}")
+    lines = ["| hand | " + " | ".join(f"d = {late}: stated | measured" for late in range(3)) + " |", "|---" * 7 + "|"]
+    return lines + [f"| {name} | {' | '.join(cells)} |" for name, cells in found.items()]
+
+
+FELT = [("molar of 1,680 triangles", "dental/tooth_FDI36_molar.stl", ["--smooth"]), ("the same, irregular triangles",
+         "dental/tooth_FDI36_molar.stl", ["--smooth", "--irregular", "0.3"]),
+        ("canine of 752", "dental/tooth_FDI23_canine.stl", ["--smooth"]), ("molar of 15,680", "toolkit/tooth.obj", ["--smooth"]),
+        ("the sample molar, 16,656", "molar.obj", ["--smooth"]), ("cow of 11,712", "bench/organic_spot.obj", ["--smooth"]),
+        ("CAD fandisk, against the mesh", "bench/cad_fandisk.obj", [])]
+
+
+def as_obj(stl, obj):
+    """A binary STL as OBJ, corners in one place joined."""
+    data = stl.read_bytes()
+    corners = [struct.unpack_from("<3f", data, 84 + 50 * triangle + 12 * corner) for triangle in range((len(data) - 84) // 50) for corner in (1, 2, 3)]
+    index = {corner: number for number, corner in enumerate(dict.fromkeys(corners), 1)}
+    faces = [[index[corner] for corner in corners[first:first + 3]] for first in range(0, len(corners), 3)]
+    obj.write_text("".join(f"v {x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in index) + "".join(f"f {a} {b} {c}\n" for a, b, c in faces))
+    return obj
+
+
+def felt_meshes(programs):
+    """What is felt on real meshes, by the independent program that measures it."""
+    programs.samples()
+    feel = programs.foreign().parent / "feel/feel.py"
+    if not feel.is_file():
+        raise Failure(f"no {feel}, the program that measures what is felt")
+    lines = ["| mesh | angle, median / p99 [degree] | stand-off, p1 to p99 [mm] | jump [N] |", "|---|---|---|---|"]
+    for title, name, options in FELT:
+        mesh = programs.folder / name if name == "molar.obj" else programs.foreign() / name
+        mesh = as_obj(mesh, programs.folder / "felt.obj") if mesh.suffix == ".stl" else mesh
+        command = ["/usr/bin/python3", feel, programs.build / "tools/spheretree/spheretree", programs.build / "tools/haptic_player/haptic-player", mesh,
+                   programs.folder / "felt", "--modes", "--mode constrained", *options]  # the python of the system has its packages
+        row = json.loads(output(*command).splitlines()[-1])
+        angle, stand_off = row["angle_deg"], row["stand_off_mm"]
+        lines.append(f"| {title} | {angle['median']:.2g} / {angle['p99']:.2g} | {stand_off['p1']:.4f} to {stand_off['p99']:.4f} | {row['force_jump_N']['max']:.3f} |")
+    return lines
+
+
+def node_pairs(programs):
+    """Node pairs that a query tests, with the bounding spheres of the files and with the runtime's search trees."""
+    programs.samples()
+    trees = [f"{builder}_{mesh}.stree" for builder in ("merge", "cover") for mesh in ("probe", "molar")]
+    for tree in trees:
+        builder, mesh = tree.removesuffix(".stree").split("_")
+        programs.run("spheretree", "build", f"{mesh}.obj", "-o", tree, "--builder", builder, "--skin", "off", "-q")
+    found = re.findall(r": (\S+) node pairs tested \(\S+ opened\), (\S+) leaf pairs", programs.run("node_pairs", 10000, *trees))
+    lines = ["| builder | leaf pairs found | pairs tested by the files' bounding spheres | by the runtime's search trees |", "|---|---|---|---|"]
+    for builder, (of_file, leaves), (searched, _) in zip(("merge", "cover"), found[::2], found[1::2]):
+        lines.append(f"| `{builder}` | {leaves} | {float(of_file):.0f} | {float(searched):.0f} |")
+    return lines
+
+
+def robots(programs):
+    """Uncovered surface and overhang of the spheres of several rules, by the script that makes them."""
+    return output("/usr/bin/python3", ROOT / "benchmarks/robot_spheres.py", programs.build).split("\n\n")[0].splitlines()
+
+
+def view_times(programs):
+    """What the window costs the servo loop."""
+    return output(sys.executable, ROOT / "benchmarks/view.py", programs.build).splitlines()
 
 
 def built(programs, mesh, *options):
@@ -423,9 +536,9 @@ def toolkit_rows(programs, *options):
     """Our trees beside those of the reference program, by the script that compares them: (mesh, builder) to a row."""
     judge = programs.build / "tests/judge/judge"
     if not judge.is_file():
-        sys.exit(f"doc_tables: no {judge}, which measures the trees; the tests build it (ctest -R judge_build)")
-    subprocess.run([sys.executable, ROOT / "tests/pipeline/toolkit_comparison.py", judge, programs.build / "tools/spheretree/spheretree",
-                    programs.foreign() / "toolkit", "toolkit", "--json", "toolkit.json", *options], cwd=programs.folder, check=True, stdout=subprocess.DEVNULL)
+        raise Failure(f"no {judge}, which measures the trees; the tests build it (ctest -R judge_build)")
+    output(sys.executable, ROOT / "tests/pipeline/toolkit_comparison.py", judge, programs.build / "tools/spheretree/spheretree",
+           programs.foreign() / "toolkit", "toolkit", "--json", "toolkit.json", *options, cwd=programs.folder)
     return {(row["mesh"], row["builder"]): row for row in json.loads((programs.folder / "toolkit.json").read_text())["rows"]}
 
 
@@ -444,9 +557,9 @@ def toolkit_times(programs):
     """Processor time of a tooth, and how often it fits into that of the authors' program."""
     rows = [toolkit_rows(programs)["tooth", builder] for builder in TOOLKIT_BUILDERS]
     return ["| | " + " | ".join(builder.capitalize() for builder in TOOLKIT_BUILDERS) + " |", "|---" * 9 + "|",
-            "| ours [s] | " + " | ".join(f"{row['processor_s']:.2f}" for row in rows) + " |",
-            "| theirs [s] | " + " | ".join(f"{row['toolkit_processor_s']:.3g}" for row in rows) + " |",
-            "| times as fast | " + " | ".join(f"{row['toolkit_processor_s'] / row['processor_s']:.2g}" for row in rows) + " |"]
+            "| ours | " + " | ".join(f"{row['processor_s']:.2f} s" for row in rows) + " |",
+            "| theirs | " + " | ".join(f"{row['toolkit_processor_s']:.3g} s" for row in rows) + " |",
+            "| as fast | " + " | ".join(f"{short(row['toolkit_processor_s'] / row['processor_s'])} times" for row in rows) + " |"]
 
 
 def sensitivity(programs):
@@ -468,9 +581,9 @@ def tolerance_leaves(programs):
     lines = ["| meshes, quality, leaves | leaves, relative to the fewest of some seeds: geometric mean, largest | time, relative to `--leaves`: geometric mean, largest |",
              "|---|---|---|"]
     for meshes, quality, leaves, seeds in ((many, "quick", 150, 10), (many, "standard", 150, 10), (few, "standard", 440, 5)):
-        subprocess.run([sys.executable, ROOT / "tests/pipeline/tolerance_figures.py", programs.build / "tools/spheretree/spheretree",
-                        *(programs.foreign() / mesh for mesh in meshes), "--leaves", str(leaves), "--seeds", str(seeds), "--quality", quality, "--json", "tolerance.json"],
-                       cwd=programs.folder, check=True, stdout=subprocess.DEVNULL)
+        output(sys.executable, ROOT / "tests/pipeline/tolerance_figures.py", programs.build / "tools/spheretree/spheretree",
+               *(programs.foreign() / mesh for mesh in meshes), "--leaves", leaves, "--seeds", seeds, "--quality", quality, "--json", "tolerance.json",
+               cwd=programs.folder)
         rows = json.loads((programs.folder / "tolerance.json").read_text())
         cells = [f"{statistics.geometric_mean(ratios):.3f}, {max(ratios):.3f}" for ratios in (
             [row[ours] / row[theirs] for row in rows] for ours, theirs in (("leaves", "fewest_leaves"), ("seconds", "seconds_of_leaves")))]
@@ -479,12 +592,13 @@ def tolerance_leaves(programs):
     return lines
 
 
-FOREIGN = {"sensitivity", "toolkit_trees", "toolkit_times", "tolerance_leaves", "damaged_meshes"}  # tables of meshes of others
-SLOW = {function.__name__: function for function in (
-    readme_times, split_scans, split_margin, mouth_leaves, mouth_budget, mouth_real_time, mouth_load, soft_mouth, tissue_overhang, tissue_figures,
-    simplified_molar, step_times, qp_times, renderer_means, renderer_scenarios, molar_leaves, damaged_meshes,
-    sensitivity, toolkit_trees, toolkit_times, tolerance_leaves)}
-TABLES = {function.__name__: function for function in (molar_build, mouth_parts, skin_errors)} | SLOW
+FOREIGN = {"felt_meshes", "sensitivity", "toolkit_trees", "toolkit_times", "tolerance_leaves", "damaged_meshes"}  # tables of meshes of others
+QUICK = {"molar_build", "mouth_parts", "skin_errors"}
+TABLES = {function.__name__: function for function in (
+    molar_build, mouth_parts, skin_errors, passivity, quiet_walls, mouth_budget, mouth_leaves, node_pairs, split_scans, split_margin, soft_mouth, tissue_overhang, robots, damaged_meshes,
+    sensitivity, felt_meshes, renderer_scenarios, renderer_means, molar_felt, molar_leaves, toolkit_trees, tolerance_leaves,
+    # Of times: the machine should have nothing else to do.
+    readme_times, mouth_real_time, mouth_load, tissue_figures, simplified_molar, step_times, qp_times, toolkit_times, view_times)}
 
 
 def tables_of(page):
@@ -493,9 +607,28 @@ def tables_of(page):
     for number, line in enumerate(lines):
         found = BEGIN.fullmatch(line)
         if found:
-            if found.group(1) not in TABLES:
-                sys.exit(f"{page.relative_to(ROOT)}:{number + 1}: no table '{found.group(1)}'; there are {', '.join(TABLES)}")
             yield found.group(1), number + 1, lines.index(END, number)
+
+
+def pages_of_tables():
+    """The page that shows each table."""
+    pages = {name: page for page in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))] for name, _, _ in tables_of(page)}
+    if pages.keys() != TABLES.keys():
+        sys.exit(f"doc_tables: on one side only, a page or TABLES: {', '.join(sorted(pages.keys() ^ TABLES.keys()))}")
+    return pages
+
+
+def is_as_made(page, name, made, update):
+    """Whether the page shows what was made, but for times; if not, prints what differs. Reads the page anew, since a
+    table may take long to make."""
+    lines = page.read_text(encoding="utf-8").split("\n")
+    first, last = next((first, last) for found, first, last in tables_of(page) if found == name)
+    is_same = [TIME.sub("", line) for line in lines[first:last]] == [TIME.sub("", line) for line in made]
+    if not is_same:
+        print("\n".join(difflib.unified_diff(lines[first:last], made, f"{page.relative_to(ROOT)}, {name}", "as the programs make it", lineterm="")))
+    if update:
+        page.write_text("\n".join(lines[:first] + made + lines[last:]), encoding="utf-8")
+    return is_same
 
 
 def main():
@@ -505,29 +638,27 @@ def main():
     parser.add_argument("--slow", action="store_true")
     parser.add_argument("names", nargs="*")
     options = parser.parse_intermixed_args()
-    differences, seen = 0, set()
+    pages = pages_of_tables()
+    names = options.names or [name for name in TABLES if options.slow or name in QUICK]
+    if set(names) - pages.keys():
+        parser.error(f"no table {', '.join(sorted(set(names) - pages.keys()))}; there are {', '.join(TABLES)}")
+    different, failed = [], []
     with tempfile.TemporaryDirectory() as folder:
         programs = Programs(options.build, folder)
-        for page in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
-            for name, first, last in reversed(list(tables_of(page))):
-                seen.add(name)
-                if options.names and name not in options.names or not options.names and name in SLOW and not options.slow:
-                    continue
+        for number, name in enumerate(names, 1):
+            print(f"doc_tables: {number} of {len(names)}, {name}", flush=True)
+            try:
                 if name in FOREIGN and not programs.foreign().is_dir():
                     print(f"doc_tables: {name}: left out, without {programs.foreign()}")
-                    continue
-                made = TABLES[name](programs)
-                lines = page.read_text(encoding="utf-8").split("\n")
-                is_same = [TIME.sub("", line) for line in lines[first:last]] == [TIME.sub("", line) for line in made]
-                if is_same and not (options.update and name in options.names):
-                    continue
-                differences += 1
-                print("\n".join(difflib.unified_diff(lines[first:last], made, f"{page.relative_to(ROOT)}, {name}", "as the programs make it", lineterm="")))
-                if options.update:
-                    page.write_text("\n".join(lines[:first] + made + lines[last:]), encoding="utf-8")
-    if set(TABLES) - seen:
-        sys.exit(f"doc_tables: no page shows {', '.join(sorted(set(TABLES) - seen))}")
-    return 1 if differences and not options.update else 0
+                elif not is_as_made(pages[name], name, TABLES[name](programs), options.update):
+                    different.append(name)
+            except (Failure, OSError) as failure:
+                print(f"doc_tables: {name}: {failure}")
+                failed.append(name)
+    for what, found in (("differ", different), ("could not be made", failed)):
+        if found:
+            print(f"doc_tables: {what}: {', '.join(found)}")
+    return 1 if failed or different and not options.update else 0
 
 
 if __name__ == "__main__":

@@ -507,6 +507,18 @@ TEST(RunJobs, EndsWithTheFirstErrorAndWithCancellation) {
   EXPECT_EQ(sum, 3u);
 }
 
+// Ctrl-C does not wait for the 10,000 runs of a scenario.
+TEST(Stability, ManyRunsAreCancelledBetweenTwoOfThem) {
+  builder::Progress progress, cancelled;
+  cancelled.cancel();
+  BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Skin, progress);
+  ScenarioContext context{bodies, {0.001, 0}, progress}, late{bodies, {0.001, 0}, cancelled};
+  for (const Scenario* scenario : selectScenarios("F13,F27,F32,F35,F36")) {
+    scenario->run(context, Mode::Constrained);  // makes the bodies, which would be cancelled, too
+    EXPECT_THROW(scenario->run(late, Mode::Constrained), builder::Cancelled) << scenario->id;
+  }
+}
+
 TEST(Stability, FrictionAndBodiesThatMoveHold) {
   builder::Progress progress;
   BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Skin, progress);

@@ -366,6 +366,7 @@ Outcome born(ScenarioContext& context, Mode mode) {
   double first = 0;
   Random random(13);
   for (int run = 0; run < context.repetitions(200, 20); ++run) {
+    context.progress.check();
     const double tilt = run % 2 ? 85 * kDegree : 0, heading = random.uniform(0, 6.28);
     const Eigen::Vector3d way(std::sin(tilt) * std::cos(heading), std::sin(tilt) * std::sin(heading), -std::cos(tilt));
     trial.restart();

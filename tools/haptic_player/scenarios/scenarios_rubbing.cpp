@@ -169,6 +169,7 @@ Outcome jumpingBody(ScenarioContext& context, Mode mode) {
   Random random(27);
   const int runs = context.repetitions(500, 20);
   for (int run = 0; run < runs; ++run) {
+    context.progress.check();
     ScenarioRun::Options options;
     options.moving = true;
     options.keep_rows = run == 0;
@@ -270,6 +271,7 @@ Outcome closingJaw(ScenarioContext& context, Mode mode) {
   };
   const int runs = context.repetitions(10'000, 20);
   for (int run = 0; run < runs; ++run) {
+    context.progress.check();
     const Vector3d lower(random.uniform(-2, 2), random.uniform(-2, 2), 0), upper(random.uniform(-2, 2), random.uniform(-2, 2), 0);
     const Vector3d hand(random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-1, 1));
     put(0, lower);
@@ -307,6 +309,7 @@ Outcome movedPocket(ScenarioContext& context, Mode mode) {
   const int runs = context.repetitions(10'000, 20), steps = static_cast<int>(2 * std::numbers::pi * kSwing / kSpeed * 1000);
   const Vector3d hand(0, 0, -5);
   for (int run = 0; run < runs; ++run) {
+    context.progress.check();
     const double heading = random.uniform(-std::numbers::pi, std::numbers::pi), rise = random.uniform(-0.2, 0.2);
     const Vector3d swing = kSwing * Vector3d(std::cos(heading), std::sin(heading), rise);
     trial.restart();

@@ -176,6 +176,7 @@ Outcome fastCheek(ScenarioContext& context, Mode mode) {
   double caught[2] = {0, 0};
   double force = 0, late = 0;
   for (int run = 0; run < 2 * runs; ++run) {
+    context.progress.check();
     const double side = run % 2 == 0 ? 1 : -1;
     const bool is_large = run / 2 % 2 == 0;
     const ScenarioRun::Options options = tissueOptions(is_large);

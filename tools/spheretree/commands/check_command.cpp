@@ -218,7 +218,7 @@ void printText(const std::filesystem::path& input, const formats::MeshFile& file
       printResult("%s%.3g mm: %zu", separator, e.overhang, e.leaves);
       separator = ", ";
     }
-    printResult(" (a formula; builds need 0.7 to 1.2 times as many)\n");
+    printResult(" (a formula; a build may need fewer, as teeth do, or more)\n");
   }
   if (report.clean())
     printResult("no defects: a build takes this mesh.\n");

@@ -37,8 +37,8 @@ struct Thickness {
   double smallest = 0, fifth_percentile = 0, median = 0, largest = 0;  // [mm]
 };
 
-/// Number of leaves that cover the solid with this overhang, by the formula h_fin of docs/measures.md. Builds at
-/// standard quality used 0.7 to 1.2 times as many on the meshes it was compared with.
+/// Number of leaves that cover the solid with this overhang, by the formula h_fin of docs/measures.md. A build may
+/// need fewer, as teeth do, or more.
 struct LeafEstimate {
   double overhang = 0;  // [mm]
   std::size_t leaves = 0;
