@@ -118,6 +118,7 @@ class GltfReader {
     const std::uint64_t triangles = mode == 4 ? corners / 3 : corners - 2;
     work_.spend(triangles * (skin.size() + morphs.size() + 1));
 
+    assembly_.setColour(primitive.colour);
     for (std::uint64_t t = 0; t < triangles; ++t) {
       std::array<std::uint64_t, 3> corner = mode == 4   ? std::array{3 * t, 3 * t + 1, 3 * t + 2}
                                             : mode == 5 ? std::array{t, t + 1 + t % 2, t + 2 - t % 2}

@@ -2,6 +2,7 @@
 #include "gltf_model.h"
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
 #include <limits>
 #include <map>
@@ -227,9 +228,11 @@ class GltfDocument : private GltfJson {
     const Json& attributes = getObject(object, "attributes", where);
     if (const Json* draco = findExtension(object, "KHR_draco_mesh_compression")) {
       result = unpacked(*draco, attributes, result.mode, where);
+      result.colour = baseColour(object);
       result.morph_targets = morphTargets(object, where);
       return result;
     }
+    result.colour = baseColour(object);
     result.positions = getUnsigned(attributes, "POSITION", where + ".attributes");
     addAccessor(result.positions, "VEC3", kPositionTypes, where);
     const std::vector<std::string> keys = skinAttributes(attributes);
@@ -246,6 +249,22 @@ class GltfDocument : private GltfJson {
     if (result.indices) addIndices(*result.indices, where);
     result.morph_targets = morphTargets(object, where);
     return result;
+  }
+
+  /// The base colour of its material (section 3.9.2). Colours are only for viewing: one that is missing or invalid is
+  /// white.
+  std::array<std::uint8_t, 3> baseColour(const Json& primitive) const {
+    std::array<std::uint8_t, 3> out{255, 255, 255};
+    const Json *index = find(primitive, "material"), *materials = find(root(), "materials");
+    if (!index || !index->is_number_unsigned() || !materials || !materials->is_array()) return out;
+    const auto at = index->get<std::size_t>();
+    const Json* surface = at < materials->size() ? find((*materials)[at], "pbrMetallicRoughness") : nullptr;
+    const Json* factor = surface ? find(*surface, "baseColorFactor") : nullptr;
+    if (!factor || !factor->is_array() || factor->size() != 4) return out;
+    for (std::size_t k = 0; k < 3; ++k)
+      if ((*factor)[k].is_number())  // linear
+        out[k] = static_cast<std::uint8_t>(std::lround(255 * std::sqrt(std::clamp((*factor)[k].get<double>(), 0.0, 1.0))));
+    return out;
   }
 
   /// Those that some weight moves; others are not read.

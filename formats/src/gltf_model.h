@@ -3,6 +3,7 @@
 // Specification: Khronos, glTF 2.0, ISO/IEC 12113:2022.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -41,6 +42,7 @@ struct GltfModel {
     std::uint64_t mode = 4;     // 0 to 6; for points and lines (below 4) all other members are empty
     std::size_t positions = 0;  // accessor
     std::optional<std::size_t> indices;
+    std::array<std::uint8_t, 3> colour{255, 255, 255};           // the base colour of its material, sRGB
     std::vector<std::pair<std::size_t, std::size_t>> skin_sets;  // JOINTS_n and WEIGHTS_n
     std::vector<std::optional<std::size_t>> morph_targets;       // accessors of displacements; empty: moves no position
   };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -130,6 +131,11 @@ void MeshAssembly::beginPart(std::string_view part_name) {
   part_entered_ = false;
 }
 
+void MeshAssembly::setColour(const std::array<std::uint8_t, 3>& colour) {
+  if (colours_.empty()) colours_.assign(triangles_.size(), kWhite);
+  colour_ = colour;
+}
+
 void MeshAssembly::renameParts(std::span<const std::string> names) {
   std::vector<std::string> distinct;
   std::map<std::string, std::uint32_t> index;
@@ -149,6 +155,7 @@ void MeshAssembly::addTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c
   triangles_.push_back({a, b, c});
   part_.push_back(current_part_);
   face_of_triangle_.push_back(face);
+  if (!colours_.empty() || colour_ != kWhite) colours_.push_back(colour_);
 }
 
 void MeshAssembly::addPolygon(std::span<const std::uint32_t> corners, std::uint32_t face) {
@@ -199,6 +206,7 @@ MeshFile MeshAssembly::finish(std::string format) {
   file.unit_mm = unit_mm_;
   file.face_of_triangle = std::move(face_of_triangle_);
   file.faces = faces_;
+  if (std::adjacent_find(colours_.begin(), colours_.end(), std::not_equal_to<>()) != colours_.end()) file.colours = std::move(colours_);
   file.format = std::move(format);
 
   file.mesh.positions = std::move(positions_);

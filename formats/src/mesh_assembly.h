@@ -35,6 +35,8 @@ class MeshAssembly {
   void reserve(std::size_t vertices, std::size_t triangles);
   /// Later faces belong to this part; an already used name continues that part.
   void beginPart(std::string_view part_name);
+  /// Later faces have this colour; white before the first call.
+  void setColour(const std::array<std::uint8_t, 3>& colour);
   const std::string& partName() const { return part_name_; }
   const std::vector<std::string>& partNames() const { return part_names_; }  // of the parts with a face, in their order
   /// Gives part i the name names[i]; parts of equal names become one.
@@ -52,6 +54,7 @@ class MeshAssembly {
   MeshFile finish(std::string format);
 
  private:
+  static constexpr std::array<std::uint8_t, 3> kWhite{255, 255, 255};
   void addTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t face);
 
   std::string name_;
@@ -62,7 +65,9 @@ class MeshAssembly {
   std::uint32_t faces_ = 0;
   std::vector<std::string> part_names_;
   std::map<std::string, std::uint32_t, std::less<>> part_index_;
-  std::string part_name_;  // of the following faces
+  std::vector<std::array<std::uint8_t, 3>> colours_;  // (triangles); empty before the first setColour()
+  std::array<std::uint8_t, 3> colour_{kWhite};        // of the following faces
+  std::string part_name_;                             // of the following faces
   std::uint32_t current_part_ = 0;
   bool part_entered_ = false;  // part_name_ has an entry in part_names_
   std::size_t cut_polygons_ = 0, short_faces_ = 0;

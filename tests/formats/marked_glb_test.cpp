@@ -30,6 +30,16 @@ TEST(MarkedGlb, IsReadAsTheSameMeshInParts) {
   EXPECT_EQ(count, (std::array<int, 3>{9, 2, 1})) << "the first mark has triangle 2";
 }
 
+// A viewer shows the colours; linear 0.25 is 128 in sRGB.
+TEST(MarkedGlb, TheColoursComeBack) {
+  const TriangleMesh box = test::boxMesh({0, 0, 0}, {2, 2, 2});
+  const MeshFile file = readBack(encodeMarkedGlb(box, std::vector<Marks>{{"border", {1, 0.25, 0}, {1, 2}, {}}}));
+  ASSERT_EQ(file.colours.size(), file.mesh.triangles.size());
+  for (std::size_t t = 0; t < file.colours.size(); ++t)
+    EXPECT_EQ(file.colours[t] == (std::array<std::uint8_t, 3>{255, 128, 0}), file.mesh.part_names[file.mesh.part[t]] == "border") << t;
+  EXPECT_TRUE(readBack(encodeMarkedGlb(box, {})).colours.empty()) << "one colour distinguishes nothing";
+}
+
 TEST(MarkedGlb, APointIsASmallOctahedronWoundOutward) {
   const TriangleMesh box = test::boxMesh({0, 0, 0}, {2, 2, 2});
   const double nan = std::numeric_limits<double>::quiet_NaN();

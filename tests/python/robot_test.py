@@ -364,8 +364,11 @@ def test_python_gives_the_spheres_of_the_program(covered, tmp_path):
     written = [path for path in out.rglob("*") if path.is_file() and path.name != ".spheretree-files"]
     assert sorted(names) == sorted(str(path.relative_to(out)) for path in written)
     for file in names:
-        if not file.endswith(".urdf"):  # which names meshes from where it lies
+        if not file.endswith(".urdf") and file != "robot.json":  # which name files from where they lie
             assert (tmp_path / "made" / file).read_bytes() == (out / file).read_bytes(), file
+    manifests = [json.loads((folder / "robot.json").read_text()) for folder in (tmp_path / "made", out)]
+    assert all((folder / manifest.pop("urdf")).samefile(urdf) for folder, manifest in zip((tmp_path / "made", out), manifests))
+    assert manifests[0] == manifests[1]
     first = next(iter(arm.links.values())).radii
     del arm
     assert first.sum() > 0  # views keep it alive

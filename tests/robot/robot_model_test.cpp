@@ -39,6 +39,26 @@ TEST_F(RobotModel, AJointIsReadOnlyForWhatItsTypeHas) {
   EXPECT_NO_THROW(read(armUrdf("", "<limit lower=\"x\"/><mimic/>", "planar")));
 }
 
+// The tool is 1 m above the base, turned by a right angle about x. The finger is 0.2 m along the tool's y axis, which is
+// then z, and shifted by 0.05 m along x by the offset of its mimic.
+TEST_F(RobotModel, AtZeroEveryLinkIsWhereItsJointsPutIt) {
+  const Robot robot = read(
+      "<robot name=\"r\"><link name=\"finger\"/><link name=\"base\"/><link name=\"tool\"/>"
+      "<joint name=\"a\" type=\"revolute\"><parent link=\"base\"/><child link=\"tool\"/><origin xyz=\"0 0 1\" rpy=\"1.5707963267948966 0 "
+      "0\"/>"
+      "<axis xyz=\"0 0 1\"/><limit lower=\"1\" upper=\"2\"/></joint>"
+      "<joint name=\"lead\" type=\"prismatic\"><parent link=\"base\"/><child link=\"other\"/><limit lower=\"0\" upper=\"1\"/></joint>"
+      "<link name=\"other\"/>"
+      "<joint name=\"b\" type=\"prismatic\"><parent link=\"tool\"/><child link=\"finger\"/><origin xyz=\"0 0.2 0\"/><axis xyz=\"1 0 0\"/>"
+      "<limit lower=\"0\" upper=\"1\"/><mimic joint=\"lead\" offset=\"0.05\"/></joint></robot>");
+  const std::vector<Eigen::Isometry3d> pose = zeroPose(robot);
+  ASSERT_EQ(pose.size(), 4u);
+  EXPECT_TRUE(pose[1].isApprox(Eigen::Isometry3d::Identity()));
+  EXPECT_LT((pose[2].translation() - Eigen::Vector3d(0, 0, 1000)).norm(), 1e-9);
+  EXPECT_LT((pose[0].translation() - Eigen::Vector3d(50, 0, 1200)).norm(), 1e-9);
+  EXPECT_LT((pose[0].linear() * Eigen::Vector3d::UnitY() - Eigen::Vector3d::UnitZ()).norm(), 1e-9);
+}
+
 TEST_F(RobotModel, MessagesNameFileLineLinkAndShape) {
   EXPECT_TRUE(
       has(refusal(armUrdf(test::collision("<sphere radius=\"-1\"/>"))), "a.urdf:3: <sphere> of link tool: radius must not be negative."));

@@ -250,6 +250,21 @@ case_cohort() {
   says '"patient": "Q"' order
   head -1 order | grep -q '"Q"' || fail "the worst patient is not the first"
   says "1 of 6 patients is not as requested" page.html
+  [ "$(grep -c 'class="meter ' page.html)" -eq 5 ] || fail "not a bar for each patient with a tolerance"
+  if grep -q '<a href="./whole' page.html; then fail "a link to a page that does not exist"; fi
+  # The pages of the patients, and links to them from anywhere; a patient without a result has none.
+  mkdir -p "some where"
+  expect 0 report --cohort whole --pages -o "some where/page.html"
+  for i in 1 2 3 4 5; do
+    says "<a href=\"../whole/P$i/report.html\">P$i</a>" "some where/page.html"
+    says "<title>Batch P$i</title>" whole/P$i/report.html
+  done
+  if grep -q 'Q/report.html' "some where/page.html"; then fail "a link to a patient without a page"; fi
+  expect 0 report --cohort whole --pages -o page.html
+  echo mine >whole/P1/report.html
+  expect 2 report --cohort whole --pages -o page.html
+  says "whole/P1/report.html" err
+  expect 0 report --cohort whole --pages -o page.html --force
   # Options that exclude each other, and invalid lists.
   expect 2 batch --cohort list.jsonl mouth.scene.json -o x
   expect 2 batch --cohort list.jsonl -o x --dry-run

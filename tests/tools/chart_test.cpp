@@ -134,6 +134,42 @@ TEST(Chart, AGapInATraceStaysAGap) {
   EXPECT_EQ(countOf(tracePathOf(traceSvg(chart)), "M"), 2u);
 }
 
+// The name of the y axis is 13 pixels from the left edge, and its letters are 11 pixels high.
+TEST(Chart, LabelsOfTicksEndBeforeTheNameOfTheAxis) {
+  const std::regex tick("<text class=\"ck\" x=\"([^\"]*)\" y=\"[^\"]*\" text-anchor=\"end\">([^<]*)<");
+  const auto check = [&](const std::string& svg) {
+    int ticks = 0;
+    for (std::sregex_iterator at(svg.begin(), svg.end(), tick), end; at != end; ++at, ++ticks)
+      EXPECT_GT(std::stod((*at)[1]) - 6.5 * static_cast<double>((*at)[2].length()), 17) << (*at)[2];
+    EXPECT_GE(ticks, 3);
+  };
+  ScatterChart dots{"t", "x", "y", {}, {}};
+  for (const double y : {0.00012, 0.00018, 0.00025}) dots.points.push_back({y, y, "", "", 1, false});
+  check(scatterSvg(dots));
+  for (const TraceSize size : {TraceSize::Broad, TraceSize::Narrow})
+    check(traceSvg({"t", "s", "N", {0, 1, 2}, {{"force", {0.00012f, 0.00018f, 0.00025f}}}, false, {}}, size));
+}
+
+TEST(Chart, ANarrowTraceHasItsTitleInLinesThatFitAndAllOfTheCurve) {
+  const std::string title = "Energy taken from the hand; below 0 the renderer has given energy";
+  TraceChart chart{title, "Time [s]", "Energy [mJ]", {}, {{"energy", {}}}, false, {}};
+  for (int i = 0; i < 5000; ++i) chart.x.push_back(static_cast<float>(i) / 1000), chart.traces[0].y.push_back(static_cast<float>(i % 11));
+  const std::string narrow = traceSvg(chart, TraceSize::Narrow);
+  EXPECT_NE(narrow.find("width=\"400\""), std::string::npos);
+  const std::regex line("<text class=\"ct\" x=\"([^\"]*)\"[^>]*>([^<]*)<");
+  std::string words;
+  for (std::sregex_iterator at(narrow.begin(), narrow.end(), line), end; at != end; ++at) {
+    EXPECT_LT(std::stod((*at)[1]) + 7.6 * static_cast<double>((*at)[2].length()), 400) << (*at)[2];
+    words += (words.empty() ? "" : " ") + (*at)[2].str();
+  }
+  EXPECT_EQ(words, title);
+  EXPECT_GE(countOf(narrow, "text-anchor=\"middle\""), 3u + 2) << "three ticks on the x axis, and the names of both axes";
+  const std::string path = tracePathOf(narrow);
+  EXPECT_EQ(countOf(path, "M"), 1u);
+  EXPECT_GT(countOf(path, "L"), 200u) << "a point for each column of pixels";
+  EXPECT_EQ(traceCharts(chart), traceSvg(chart) + narrow);
+}
+
 TEST(Chart, AnEmptyChartSaysSo) {
   EXPECT_NE(scatterSvg({"empty", "x", "y", {}, {}}).find("nothing to show"), std::string::npos);
   EXPECT_NE(traceSvg({"empty", "x", "y", {}, {}, false, {}}).find("nothing to show"), std::string::npos);

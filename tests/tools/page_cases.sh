@@ -179,7 +179,7 @@ case_page_in_browser() {
   code=$?
   [ $code -eq 77 ] && exit 77
   [ $code -eq 0 ] || fail "$(cat out)"
-  printf '{"schema": "spheretree.scene/1", "defaults": {"levels": 3, "quality": "quick"}, "tool": {"name": "tip", "mesh": "b.obj"}, "objects": [{"name": "ring", "mesh": "a.obj", "position_mm": [30, 0, 0]}, {"name": "other", "mesh": "a.obj"}]}' >s.scene.json
+  printf '{"schema": "spheretree.scene/1", "defaults": {"levels": 3, "quality": "quick"}, "tool": {"name": "tip", "mesh": "b.obj"}, "objects": [{"name": "coarse", "mesh": "b.obj", "quality": "quick", "levels": 2, "position_mm": [60, 0, 0]}, {"name": "ring", "mesh": "a.obj", "position_mm": [30, 0, 0]}, {"name": "other", "mesh": "a.obj"}]}' >s.scene.json
   expect 0 batch s.scene.json -o work/b
   write_recording r.csv
   expect 0 report work/b -o batch.html --recording r.csv

@@ -130,6 +130,23 @@ TEST(Page, AThinnedMeshStaysOnItsSurface) {
   }
 }
 
+TEST(Page, FiguresAreAlignedAtThePointAndWordsAreSetLeft) {
+  const std::string html = HtmlTable{
+      "caption",
+      {"Name", "Size", "State", "Share"},
+      {{"a", "13", "built", "0.5 \u2713"},
+       {"b", "<span class=\"bad\">0.046</span>", "", "2 \u2713"},
+       {"c", "1.2e-05", "built, repaired", "\u2013"},
+       {"d", "failed"}}}.html();
+  const auto pad = [](const std::string& digits) { return "<i class=\"pad\" aria-hidden=\"true\">" + digits + "</i>"; };
+  for (const std::string& cell :
+       {"<td>13" + pad(".000") + "</td>", std::string("<td><span class=\"bad\">0.046</span></td>"), std::string("<td>1.2e-05</td>"),
+        "<td>2" + pad(".0") + " \u2713</td>", std::string("<td>0.5 \u2713</td>"), std::string("<td>\u2013</td>"),
+        std::string("<th scope=\"col\" class=\"text\">State</th>"), std::string("<td class=\"text\">built, repaired</td>"),
+        std::string("<td class=\"rest\" colspan=\"3\">failed</td>")})
+    EXPECT_NE(html.find(cell), std::string::npos) << cell << "\n" << html;
+}
+
 TEST(Page, HoldsItsPartsAndForbidsRequests) {
   Page page("Teeth & <gums>", "<p>verdict</p>");
   page.addSection("one", "First <part>", "<p>body</p>");

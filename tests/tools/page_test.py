@@ -117,6 +117,12 @@ def check_layout(browser):
             return [...document.querySelectorAll('body *')].filter(e => !e.closest('.scroll, .skip, svg') && e.getBoundingClientRect().right > limit)
               .map(e => e.tagName + '.' + e.className + ' ' + e.textContent.slice(0, 40));""")
         assert not wide, f"beyond the window of {width} pixels: {wide[:5]}"
+        charts = browser.run("""const limit = document.documentElement.clientWidth + 1;
+            return [...document.querySelectorAll('svg')].filter(e => e.getBoundingClientRect().right > limit).map(e => e.ariaLabel);""")
+        assert not charts, f"charts beyond the window of {width} pixels: {charts[:5]}"
+        decides = browser.run("""return [...document.querySelectorAll('table')].filter(t => t.tHead.rows[0].cells.length > 1)
+            .filter(t => t.tHead.rows[0].cells[1].getBoundingClientRect().right > innerWidth).map(t => t.tHead.textContent);""")
+        assert not decides, f"the deciding column is beyond the window of {width} pixels: {decides[:5]}"
         cut = browser.run("""return [...document.querySelectorAll('button, summary, th')].filter(e => e.scrollWidth > e.clientWidth + 1)
             .map(e => e.textContent);""")
         assert not cut, f"cut at {width} pixels: {cut[:5]}"
@@ -131,6 +137,9 @@ def check_hiding(browser):
     whole = browser.run(SEEN)
     browser.run("document.querySelector('[data-eye]').click()")
     assert browser.run(SEEN) != whole, "a hidden object is still there"
+    end, largest = browser.run("""const shown = sphereView.objects.filter(o => o.shown);
+        return [document.querySelector('.legend .most').textContent, Math.max(...shown.map(o => o.most)).toPrecision(3) + ' mm'];""")
+    assert end == largest, f"the colours end at {end}, the worst that is shown is {largest}"
     browser.run("document.querySelector('[aria-label=\"Hidden objects\"] button').click()")
     assert browser.run(SEEN) == whole, "an object does not come back"
     hidden = browser.run("""const v = sphereView, c = v.canvas;

@@ -16,6 +16,14 @@ case_soften() {
   expect 4 soften torus.obj torus.stree -o inside.soft --young 15 --fix box:-99,-99,-99,99,99,99 --tets 500
   says "nothing can move" err
   [ ! -e inside.soft ] || fail "a refused tree was written"
+  # In the window: the surface of the tetrahedra, and the spheres.
+  "$program" view again.soft --picture tetrahedra.png --size 500x400 >out 2>err
+  if ! grep -q "built without its view" err; then
+    for show in meshes spheres; do expect 0 view again.soft --picture $show.png --size 500x400 --show $show; done
+    cmp tetrahedra.png meshes.png || fail "it does not open on the tetrahedra"
+    if cmp -s meshes.png spheres.png; then fail "spheres look like tetrahedra"; fi
+    expect 0 view torus.obj again.soft --overhang --picture overhang.png --size 500x400
+  fi
 }
 
 case_soften_refuses() {

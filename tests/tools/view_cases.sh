@@ -71,6 +71,73 @@ case_player_no_display() {
   expect 2 scene.json --view --hand-from file
 }
 
+# Two links: a box, and a mesh with a capsule, which hang on a joint above it. Files arm.urdf, link.obj.
+write_arm() {
+  sed 's/10/0.1/g' <<END >link.obj
+v 0 0 0
+v 10 0 0
+v 0 10 0
+v 0 0 10
+f 1 3 2
+f 1 2 4
+f 1 4 3
+f 2 3 4
+END
+  cat >arm.urdf <<END
+<robot name="arm">
+<link name="base"><collision><geometry><box size="0.2 0.2 0.1"/></geometry></collision></link>
+<link name="tool"><collision><geometry><mesh filename="link.obj"/></geometry></collision>
+<collision><origin xyz="0 0 0.2"/><geometry><capsule radius="0.02" length="0.2"/></geometry></collision></link>
+<joint name="j" type="continuous"><parent link="base"/><child link="tool"/><origin xyz="0 0 0.1"/><axis xyz="0 0 1"/></joint>
+</robot>
+END
+}
+
+case_view_robot() {
+  write_arm
+  expect 0 robot arm.urdf -o work/arm --budget 20 --quality quick
+  says '"schema": "spheretree.robot/1"' work/arm/robot.json
+  says '"urdf": "../../arm.urdf"' work/arm/robot.json
+  # The page: every link with its figures, and the robot in 3D.
+  expect 0 report work/arm -o arm.html --json
+  says '"schema": "spheretree.robot_report/1"' out
+  [ "$(grep -c '"uncovered_fraction": 0.0' out)" -eq 2 ] || fail "not two links that are covered"
+  says 'Every surface is covered' arm.html
+  says 'data-object="1"' arm.html
+  expect 2 report work/arm -o arm.html --pages
+  says "for a cohort" err
+  "$program" view arm.urdf --picture meshes.png --size 400x300 --panels off >out 2>err
+  if grep -q "built without its view" err; then exit 77; fi
+  is_png meshes.png 400 300
+  # The folder opens on the spheres; those of any format, named after the robot, are the same.
+  expect 0 view work/arm --picture folder.png --size 400x300 --panels off
+  if cmp -s meshes.png folder.png; then fail "the folder does not open on the spheres"; fi
+  expect 0 view arm.urdf work/arm/arm.xrdf --picture named.png --size 400x300 --panels off
+  cmp folder.png named.png || fail "the folder shows other spheres than its XRDF"
+  expect 0 view work/arm --show meshes --picture same.png --size 400x300 --panels off
+  cmp meshes.png same.png || fail "the folder shows another robot"
+  expect 0 view work/arm --overhang --picture overhang.png --size 400x300 --panels off
+  if cmp -s overhang.png folder.png; then fail "no colours of overhang"; fi
+  # The folder moves together with the robot, and the unit of the meshes is remembered.
+  mkdir moved && cp -r work moved && cp arm.urdf link.obj moved
+  expect 0 view moved/work/arm/robot.json --picture moved.png --size 400x300 --panels off
+  cmp folder.png moved.png || fail "a moved folder looks different"
+  expect 0 robot arm.urdf -o work/small --budget 20 --quality quick --unit 'tool=cm'
+  says '"tool=cm"' work/small/robot.json
+  expect 0 view work/small --picture small.png --size 400x300
+  # What does not belong together, or is missing.
+  printf '{"other": {"centers": [[0,0,0]], "radii": [0.5]}}' >other.json
+  expect 4 view arm.urdf other.json --picture out.png
+  says "has no spheres of a link of arm.urdf" err
+  sed -i '/"spheres": "/d' work/small/robot.json
+  expect 4 view work/small --picture out.png
+  says "is missing or of another type" err
+  rm arm.urdf
+  expect 3 view work/arm --picture out.png
+  expect 3 report work/arm -o out.html
+  [ ! -e out.png ] && [ ! -e out.html ] || fail "a refused robot left something"
+}
+
 case_view() {
   write_tetrahedron mesh.obj
   write_sph tree.sph
@@ -102,6 +169,23 @@ case_view() {
   cp a.scene.json patient/mouth.scene.json
   cp object.stree mesh.obj patient
   expect 0 view patient --picture split.png --size 200x150
+  # The colours of a marked mesh, and the pictures of inputs of very different sizes.
+  sed '$d' mesh.obj >open.obj
+  expect 4 check open.obj -o marked.glb
+  expect 0 view open.obj --picture plain.png --size 200x150 --panels off
+  expect 0 view marked.glb --picture marked.png --size 200x150 --panels off
+  if cmp -s plain.png marked.png; then fail "the marks have no colours"; fi
+  sed 's/10/0.1/' mesh.obj >tiny.obj
+  expect 0 view mesh.obj tiny.obj --picture scale.png --size 400x200
+  expect 0 view mesh.obj tiny.obj --picture fill.png --size 400x200 --fill
+  if cmp -s scale.png fill.png; then fail "--fill does nothing"; fi
+  # A comparison opens on the spheres, coloured by overhang.
+  expect 0 compare mesh.obj -o comparison --builders cover,octree --qualities quick --levels 2 -q
+  expect 0 view comparison --picture opens.png --size 400x200
+  expect 0 view comparison --overhang --picture overhang.png --size 400x200
+  cmp opens.png overhang.png || fail "a comparison does not open on overhangs"
+  expect 0 view comparison --show meshes --picture meshes.png --size 400x200
+  if cmp -s opens.png meshes.png; then fail "a comparison opens on its meshes"; fi
   # Measured against another mesh than its own: a warning.
   expect 0 build mesh.obj -o own.stree --quality quick --levels 2
   expect 0 view mesh.obj own.stree --overhang --picture own.png --size 200x150

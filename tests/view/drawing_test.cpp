@@ -427,5 +427,40 @@ TEST(SideBySide, APaneShowsItsStageWhereverItIs) {
   EXPECT_GT(middle[2], middle[0] + 5) << "by 2 mm to the right";
 }
 
+// A ball of 0.1 mm beside one of 20 mm: at one scale it is a dot; if each fills its pane, both are equally large, and a
+// camera that is turned and moved shows both from the same side.
+TEST(SideBySide, EachStageFillsItsPane) {
+  ::setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
+  const std::vector<Stage> stages{oneBall({0, 0, 0, 20, {200, 40, 40, 255}}), oneBall({70, 5, 0, 0.1f, {200, 40, 40, 255}})};
+  ViewerState state;
+  state.panels = false;
+  for (const Stage& stage : stages) {
+    Pane& pane = state.panes.emplace_back();
+    pane.stage = &stage;
+    pane.shift = shiftBetween(stages[0], stage);
+  }
+  PictureMaker maker(600, 300, 1, state);
+  const auto pixels = [&] {  // of each ball
+    const Picture picture = maker.draw();
+    std::array<int, 2> count{};
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Viewport place = maker.layout().panes[k];
+      const auto red = [&](int x, int y) { return static_cast<int>(picture.rgb[3 * static_cast<std::size_t>(y * picture.width + x)]); };
+      for (int y = 0; y < 240; ++y)  // above the scale
+        for (int x = place.x + 5; x < place.x + place.width - 5; ++x) count[k] += std::abs(red(x, y) - red(place.x + 4, y)) > 20;
+    }
+    return count;
+  };
+  frameWhole(state, maker.layout().panes[0]);
+  EXPECT_LT(20 * pixels()[1], pixels()[0]);
+  state.fills_panes = true;
+  frameWhole(state, maker.layout().panes[0]);
+  state.camera.orbit(0.4, 0.2);
+  state.camera.pan(20, -10, maker.layout().panes[0]);
+  const auto [large, small] = pixels();
+  EXPECT_GT(large, 10'000);
+  EXPECT_NEAR(small, large, 0.02 * large);
+}
+
 }  // namespace
 }  // namespace spheretree::view

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // VAMP, foam, ballpark, MorphIt, and the list of all files.
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -15,6 +16,8 @@ namespace spheretree::robot {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr const char* kBallpark = ".ballpark.json";  // what follows the name of the robot
 
 /// The double that prints as the shortest decimal of the float.
 double shortNumber(float value) {
@@ -97,10 +100,37 @@ std::string morphitJson(const Robot& robot, const LinkCover& link) {
                {"config", {{"model", {{"num_spheres", link.spheres().size()}, {"density", kDensity}}}}}});
 }
 
+std::string manifestJson(const CoveredRobot& covered, const std::filesystem::path& folder) {
+  const Robot& robot = covered.robot;
+  const auto fromFolder = [&](const std::filesystem::path& path) { return std::filesystem::relative(path, folder).generic_string(); };
+  Json packages = Json::array(), units = packages, links = packages;
+  for (const std::filesystem::path& path : robot.packages.folders) packages.push_back(fromFolder(path));
+  for (const auto& [name, path] : robot.packages.named) packages.push_back(name + "=" + fromFolder(path));
+  for (const LinkUnit& unit : robot.units) units.push_back(textOf(unit));
+  for (const LinkCover& link : covered.cover.links)
+    links.push_back({{"link", robot.links[link.link].name},
+                     {"spheres", link.spheres().size()},
+                     {"overhang_bound_mm", link.overhangBound()},
+                     {"clipped", link.is_clipped}});
+  const auto pairs = [&](PairReason reason) {
+    return std::count_if(covered.pairs.begin(), covered.pairs.end(), [&](const IgnoredPair& pair) { return pair.reason == reason; });
+  };
+  return text({{"schema", kManifestSchema},
+               {"robot", robot.name},
+               {"urdf", fromFolder(robot.path)},
+               {"packages", packages},
+               {"units", units},
+               {"visual", robot.source == ShapeSource::Visual},
+               {"spheres", fileName(robot.name) + kBallpark},
+               {"links", links},
+               {"ignored_pairs",
+                {{"adjacent", pairs(PairReason::Adjacent)}, {"always", pairs(PairReason::Always)}, {"never", pairs(PairReason::Never)}}}});
+}
+
 std::vector<std::filesystem::path> robotFileNames(const Robot& robot) {
   const std::string name = fileName(robot.name);
-  std::vector<std::filesystem::path> out;
-  for (const char* ending : {".curobo.yml", ".xrdf", ".urdf", ".srdf", ".vamp.json", ".ballpark.json", ".mjcf.xml"})
+  std::vector<std::filesystem::path> out{kManifestName};
+  for (const char* ending : {".curobo.yml", ".xrdf", ".urdf", ".srdf", ".vamp.json", kBallpark, ".mjcf.xml"})
     out.emplace_back(name + ending);
   for (const Link& link : robot.links) {
     if (link.collisions.empty()) continue;
@@ -113,7 +143,7 @@ RobotFiles robotFiles(const CoveredRobot& c, const std::filesystem::path& folder
   const std::string name = fileName(c.robot.name);
   RobotFiles out;
   try {
-    out.contents = {curoboYaml(c), xrdf(c)};
+    out.contents = {manifestJson(c, folder), curoboYaml(c), xrdf(c)};
   } catch (const YAML::Exception& error) {  // a list where a map should be, and the like
     throw formats::FormatError(formats::shownName(c.merge) + ": has another structure than XRDF and the configuration of cuRobo (line " +
                                std::to_string(error.mark.line + 1) + "). Compare it with a file that this program writes without --merge.");

@@ -38,8 +38,14 @@ std::string foamJson(const LinkCover& link);
 std::string ballparkJson(const CoveredRobot& covered);
 /// For one link.
 std::string morphitJson(const Robot& robot, const LinkCover& link);
+/// The manifest, by which `view` and `report` find the robot again: what it was read from, with paths relative to
+/// `folder`, and the figures of its links. readManifest() of robot_input.h reads it.
+std::string manifestJson(const CoveredRobot& covered, const std::filesystem::path& folder);
 /// MuJoCo; a note for each inertia and name that it does not accept as the URDF has it.
 std::string mjcf(const CoveredRobot& covered, std::vector<std::string>& notes);
+
+/// The name of the manifest, and its schema.
+inline constexpr const char *kManifestName = "robot.json", *kManifestSchema = "spheretree.robot/1";
 
 /// The names of all files relative to the folder of the results, known before the first build.
 std::vector<std::filesystem::path> robotFileNames(const Robot& robot);

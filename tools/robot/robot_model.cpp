@@ -27,7 +27,8 @@ bool hasPosition(JointKind kind) { return kind == JointKind::Revolute || kind ==
 /// Reads one URDF.
 class Reader {
  public:
-  Reader(const fs::path& path, const PackagePaths& packages, ShapeSource source) : path_(path), meshes_(path, packages), source_(source) {}
+  Reader(const fs::path& path, const PackagePaths& packages, ShapeSource source)
+      : path_(path), packages_(packages), meshes_(path, packages), source_(source) {}
 
   Robot read() {
     tinyxml2::XMLDocument document;
@@ -36,6 +37,7 @@ class Reader {
     if (std::string(root.Name()) != "robot") refuse(path_, root, "is not a URDF: its root element should be <robot>.");
     robot_.path = path_;
     robot_.source = source_;
+    robot_.packages = packages_;
     const char* name = root.Attribute("name");
     robot_.name = name && *name ? name : path_.stem().string();
     if (!name || !*name) note(root, "has no name; it is called " + robot_.name + ", as the file");
@@ -247,6 +249,7 @@ class Reader {
   };
 
   const fs::path& path_;
+  const PackagePaths& packages_;
   MeshSearch meshes_;
   const ShapeSource source_;
   Robot robot_;
@@ -266,6 +269,16 @@ Eigen::Isometry3d jointFrame(const Joint& joint, double position) {
   if (joint.kind == JointKind::Revolute || joint.kind == JointKind::Continuous) frame.rotate(Eigen::AngleAxisd(position, joint.axis));
   if (joint.kind == JointKind::Prismatic) frame.translate(position * joint.axis);
   return frame;
+}
+
+std::vector<Eigen::Isometry3d> zeroPose(const Robot& robot) {
+  std::vector<Eigen::Isometry3d> frames(robot.links.size(), Eigen::Isometry3d::Identity());
+  for (std::size_t l = 0; l < frames.size(); ++l)
+    for (std::size_t at = l; robot.parent_joint[at]; at = robot.joints[*robot.parent_joint[at]].parent) {
+      const Joint& joint = robot.joints[*robot.parent_joint[at]];
+      frames[l] = jointFrame(joint, joint.mimic ? joint.mimic->offset : 0) * frames[l];
+    }
+  return frames;
 }
 
 }  // namespace spheretree::robot

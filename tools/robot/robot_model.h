@@ -76,6 +76,12 @@ struct Joint {
 
 enum class ShapeSource { Collision, Visual };
 
+/// The unit of the numbers in the mesh files of every link whose name matches the pattern: * is any text, ? any letter.
+struct LinkUnit {
+  std::string pattern;
+  double unit_mm = 1000;
+};
+
 struct Robot {
   std::string name;
   std::filesystem::path path;                            // of the URDF
@@ -84,6 +90,8 @@ struct Robot {
   std::size_t root = 0;                                  // link without a parent
   std::vector<std::optional<std::size_t>> parent_joint;  // of each link; empty for the root
   ShapeSource source = ShapeSource::Collision;           // the elements that `collisions` were read from
+  PackagePaths packages;                                 // where packages were searched
+  std::vector<LinkUnit> units;                           // of its mesh files, as readShapes() was told
   std::vector<std::string> notes;                        // what is unusual in the file, in sentences that name the place
   std::size_t links_with_other_shapes = 0;               // with a <visual> if <collision> was read, or the other way round
 };
@@ -97,5 +105,9 @@ Robot readUrdf(const std::filesystem::path& path, const PackagePaths& packages =
 
 /// The frame of `joint`'s child in its parent's, at `position` [rad or mm].
 Eigen::Isometry3d jointFrame(const Joint& joint, double position);
+
+/// (links) The frame of each link in that of the root while every joint is at position 0, or at the offset of its
+/// mimic.
+std::vector<Eigen::Isometry3d> zeroPose(const Robot& robot);
 
 }  // namespace spheretree::robot

@@ -8,8 +8,10 @@
 #include <array>
 #include <cstdio>
 #include <set>
+#include <stdexcept>
 
 #include "program_end.h"
+#include "spheretree/core/mesh_edit.h"
 #include "spheretree/formats/errors.h"
 
 namespace spheretree::robot {
@@ -166,8 +168,31 @@ std::optional<LinkUnit> linkUnit(const std::string& text) {
   return out.unit_mm > 0 ? std::optional(out) : std::nullopt;
 }
 
+std::string textOf(const LinkUnit& unit) {
+  for (const auto& [name, unit_mm] : kUnits)
+    if (unit_mm == unit.unit_mm) return unit.pattern + "=" + name;
+  throw std::invalid_argument("no unit has " + std::to_string(unit.unit_mm) + " mm");
+}
+
 std::vector<ShapedElement> readShapes(Robot& robot, const std::vector<LinkUnit>& units, const builder::Progress& progress) {
+  robot.units = units;
   return ShapeReader(robot, units, progress).read();
+}
+
+std::vector<std::span<const ShapedElement>> linksOf(std::span<const ShapedElement> shapes) {
+  std::vector<std::span<const ShapedElement>> out;
+  for (std::size_t first = 0, last = 0; first < shapes.size(); first = last) {
+    while (last < shapes.size() && shapes[last].link == shapes[first].link) ++last;
+    out.push_back(shapes.subspan(first, last - first));
+  }
+  return out;
+}
+
+TriangleMesh meshOf(std::span<const ShapedElement> elements) {
+  TriangleMesh all;
+  for (const ShapedElement& element : elements)
+    all = joined(std::move(all), element.shape.capsule ? capsuleMesh(*element.shape.capsule) : element.shape.mesh);
+  return all;
 }
 
 }  // namespace spheretree::robot

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,14 +14,11 @@
 
 namespace spheretree::robot {
 
-/// The unit of the numbers in the mesh files of every link whose name matches the pattern: * is any text, ? any letter.
-struct LinkUnit {
-  std::string pattern;
-  double unit_mm = 1000;
-};
-
 /// Parses "PATTERN=UNIT", or "UNIT" for all links; UNIT is mm, cm, m or in. Empty for anything else.
 std::optional<LinkUnit> linkUnit(const std::string& text);
+
+/// The text that linkUnit() parses.
+std::string textOf(const LinkUnit& unit);
 
 struct ShapedElement {
   std::size_t link = 0;
@@ -34,5 +32,11 @@ struct ShapedElement {
 /// @throws formats::FileError, formats::FormatError for meshes, with the place in the URDF, and if no element is left;
 /// tool::UsageError for a pattern of `units` that no link with a mesh file matches; builder::Cancelled
 std::vector<ShapedElement> readShapes(Robot& robot, const std::vector<LinkUnit>& units, const builder::Progress& progress);
+
+/// The elements of each link; links without shapes are left out.
+std::vector<std::span<const ShapedElement>> linksOf(std::span<const ShapedElement> shapes);
+
+/// The shapes of a link as one mesh; a capsule or ball is represented by triangles with vertices on it.
+TriangleMesh meshOf(std::span<const ShapedElement> elements);
 
 }  // namespace spheretree::robot

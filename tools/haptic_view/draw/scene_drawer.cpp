@@ -234,18 +234,22 @@ Shapes SceneDrawer::marks(const Pass& pass) const {
   const Look& look = pass.look;
   Shapes out;
   const auto unit = [&](const Vector3d& at) { return pass.pixel * pass.camera.pixelAt(at, pass.viewport); };
-  if (look.overhang)
+  if (look.overhang) {
+    const Spot* worst = nullptr;  // of what is shown
+    Configuration pose;
     for (std::size_t i = 0; i < stage_.objects.size(); ++i) {
-      const PlacedObject& object = stage_.objects[i];
-      const Body& body = stage_.bodies[object.body];
+      const Body& body = stage_.bodies[stage_.objects[i].body];
       if (!look.shows(i) || body.worst.empty()) continue;
       const auto& spot = body.worst[std::min(static_cast<std::size_t>(std::max(look.level, 0)), body.worst.size() - 1)];
-      if (!spot) continue;
-      const Configuration pose = state.poseOf(object);
-      const Vector3d tip = pose.position + pose.orientation * spot->position;
-      const Vector3d away = pose.orientation * spot->direction;
+      if (!spot || (worst && spot->length <= worst->length)) continue;
+      worst = &*spot;
+      pose = state.poseOf(stage_.objects[i]);
+    }
+    if (worst) {
+      const Vector3d tip = pose.position + pose.orientation * worst->position, away = pose.orientation * worst->direction;
       addArrow(out, tip + 60 * unit(tip) * away, -58 * unit(tip) * away, 3 * unit(tip), pass.theme.bad);
     }
+  }
   if (!state.has_tool) return out;
   const Vector3d at = state.graphic.position;
   const double px = unit(at);

@@ -65,14 +65,14 @@ Eigen::Vector3d Stage::centre() const {
 
 double Stage::radius() const {
   const Eigen::Vector3d middle = centre();
-  double radius = 1;
+  double radius = 0;
   for (const PlacedObject& object : objects) {
     const Body& body = bodies[object.body];
     if (body.box.isEmpty()) continue;
     const Eigen::Vector3d at = object.pose.position + object.pose.orientation * body.box.center();
     radius = std::max(radius, (at - middle).norm() + body.box.sizes().norm() / 2);
   }
-  return radius;
+  return radius > 0 ? radius : 1;
 }
 
 double Stage::toolReach() const {

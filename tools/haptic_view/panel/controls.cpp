@@ -69,6 +69,10 @@ void applyLookKeys(ViewerState& state, const Layout& layout) {
     if (pressed(kKey1 + side - 1)) state.camera.lookFrom(side);
   if (pressed(keyOf('F'))) frameContact(state, layout);
   if (!state.playback && pressed(kKeyHome)) frameWhole(state, layout.panes[0]);
+  if (state.panes.size() > 1 && pressed(keyOf('Z'))) {
+    state.fills_panes = !state.fills_panes;
+    frameWhole(state, layout.panes[0]);
+  }
   if (pressed(keyOf('O'))) state.follow = !state.follow;
   if (pressed(keyOf('T'))) look.theme = look.theme == ThemeKind::Dark ? ThemeKind::Light : ThemeKind::Dark;
   if (pressed(keyOf('M'))) look.objects = look.tool = static_cast<Geometry>((static_cast<int>(look.objects) + 1) % 4);
@@ -150,6 +154,7 @@ std::vector<HelpLine> helpLines(const ViewerState& state) {
   add("1 .. 6", "from the front, the back, left, right, above, below");
   add("F", state.panes[0].has_state ? "to the contact" : "the whole");
   if (!state.playback) add("Home", "the whole scene");
+  if (state.panes.size() > 1) add("Z", "each fills its pane, or all at one scale");
   add("O", "follow the tool");
   add("M", "meshes, spheres, bounding spheres, contact surface");
   add("[ ]", "a level up, down");

@@ -100,7 +100,7 @@ bool chooseGeometry(const char* label, Geometry& geometry) {
   return true;
 }
 
-void drawLook(ViewerState& state, const Theme& theme) {
+void drawLook(ViewerState& state, const Layout& layout, const Theme& theme) {
   heading("Show", theme);
   Look& look = state.look;
   const Stage& stage = *state.panes[0].stage;
@@ -133,11 +133,25 @@ void drawLook(ViewerState& state, const Theme& theme) {
     bool overhangs = false;
     for (const Body& body : stage.bodies) overhangs = overhangs || !body.overhangs.empty();
     if (overhangs) cell("overhang", look.overhang);
+    if (state.panes.size() > 1) {
+      const bool before = state.fills_panes;
+      cell("fill the panes", state.fills_panes);
+      if (state.fills_panes != before) frameWhole(state, layout.panes[0]);
+    }
     bool light = look.theme == ThemeKind::Light;
     cell("light", light);
     look.theme = light ? ThemeKind::Light : ThemeKind::Dark;
     ImGui::EndTable();
   }
+}
+
+/// A square in the colour of an object, before its name.
+void drawSwatch(Colour colour) {
+  const float size = 0.7f * ImGui::GetFontSize(), inset = 0.5f * (ImGui::GetFrameHeight() - size);
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  ImGui::GetWindowDrawList()->AddRectFilled({at.x, at.y + inset}, {at.x + size, at.y + inset + size}, packed(colour), 2);
+  ImGui::Dummy({size, size});
+  ImGui::SameLine();
 }
 
 void drawObjects(ViewerState& state, const Theme& theme) {
@@ -153,6 +167,7 @@ void drawObjects(ViewerState& state, const Theme& theme) {
       const Body& body = stage.bodies[stage.objects[i].body];
       bool shown = !state.look.hidden[i];
       ImGui::PushID(static_cast<int>(i));
+      drawSwatch(body.colour);
       ImGui::Checkbox(body.name.c_str(), &shown);
       ImGui::PopID();
       state.look.hidden[i] = !shown;
@@ -176,8 +191,8 @@ void drawHinges(ViewerState& state, const Theme& theme) {
   }
 }
 
-void drawSide(ViewerState& state, const Viewport& place, const Theme& theme) {
-  if (beginPlace("side", place)) {
+void drawSide(ViewerState& state, const Layout& layout, const Theme& theme) {
+  if (beginPlace("side", layout.panel)) {
     ImGui::TextUnformatted(state.title.c_str());
     if (state.can_record) {
       if (ImGui::Button(state.recording.empty() ? "Record (R)" : "Stop recording (R)")) state.wants_record = true;
@@ -196,7 +211,7 @@ void drawSide(ViewerState& state, const Viewport& place, const Theme& theme) {
       ImGui::PopID();
     }
     drawHinges(state, theme);
-    drawLook(state, theme);
+    drawLook(state, layout, theme);
     drawObjects(state, theme);
   }
   ImGui::End();
@@ -276,9 +291,9 @@ void drawScrubber(Playback& playback, const Viewport& place) {
 }
 
 /// A bar of a round length that shows the scale.
-void drawScaleBar(ImDrawList& list, const ViewerState& state, const Viewport& pane, const Theme& theme) {
+void drawScaleBar(ImDrawList& list, const Camera& camera, const Viewport& pane, const Theme& theme) {
   const float text = ImGui::GetFontSize();
-  const double pixel = state.camera.pixelAt(state.camera.target, pane);
+  const double pixel = camera.pixelAt(camera.target, pane);
   double mm = roundEnd(5 * static_cast<double>(text) * pixel);
   const auto length = static_cast<float>(mm / pixel);
   const ImVec2 left{static_cast<float>(pane.x) + text, static_cast<float>(pane.y + pane.height) - 1.1f * text};
@@ -306,7 +321,8 @@ void drawLabels(const ViewerState& state, const Layout& layout, double scale, co
     const Viewport& place = layout.panes[k];
     list.PushClipRect({static_cast<float>(place.x), static_cast<float>(place.y)},
                       {static_cast<float>(place.x + place.width), static_cast<float>(place.y + place.height)});
-    drawScaleBar(list, state, place, theme);
+    const Camera camera = cameraOf(state, k);
+    drawScaleBar(list, camera, place, theme);
     if (state.panes.size() > 1 && !pane.title.empty())
       label(list, {static_cast<float>(place.x) + text, static_cast<float>(place.y) + 0.6f * text}, theme.text, theme, pane.title.c_str());
     if (place.x > 0)
@@ -316,8 +332,8 @@ void drawLabels(const ViewerState& state, const Layout& layout, double scale, co
     shown.has_tool = pane.has_state;
     shown.graphic = pane.state.step.graphic;
     shown.wrench = pane.state.step.wrench;
-    const auto arrow = state.look.force ? forceArrow(shown, state.camera, place, scale) : std::nullopt;
-    const auto tip = arrow ? state.camera.pixelOf(arrow->from + 1.08 * arrow->along, place) : std::nullopt;
+    const auto arrow = state.look.force ? forceArrow(shown, camera, place, scale) : std::nullopt;
+    const auto tip = arrow ? camera.pixelOf(arrow->from + 1.08 * arrow->along, place) : std::nullopt;
     if (tip) {
       char newtons[32];
       std::snprintf(newtons, sizeof newtons, "%.2f N", arrow->newtons);
@@ -395,7 +411,7 @@ void drawPanels(ViewerState& state, const Layout& layout, double scale) {
   drawLabels(state, layout, scale, theme);
   drawOverhangScale(state, layout.scene, theme);
   if (state.panels) drawHint(state, layout, theme);
-  if (layout.panel.width > 1) drawSide(state, layout.panel, theme);
+  if (layout.panel.width > 1) drawSide(state, layout, theme);
   if (layout.plots.width > 1) drawPlots(state, layout.plots, theme);
   if (layout.scrubber.width > 1 && state.playback && state.panels) drawScrubber(*state.playback, layout.scrubber);
   drawHelp(state, layout);

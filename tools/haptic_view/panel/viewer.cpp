@@ -49,9 +49,7 @@ void Viewer::frame(int width, int height, int samples, double seconds, GLuint ta
                  static_cast<float>(theme.bottom.b) / 255, 1);
   gl_.Clear(GL_COLOR_BUFFER_BIT);
   for (std::size_t k = 0; k < drawers_.size(); ++k) {
-    Camera camera = state_.camera;
-    camera.target += state_.panes[k].shift;
-    drawers_[k]->draw(camera, state_.look, shownState(state_.panes[k]), times(layout.panes[k], samples), screen_.frameHeight(),
+    drawers_[k]->draw(cameraOf(state_, k), state_.look, shownState(state_.panes[k]), times(layout.panes[k], samples), screen_.frameHeight(),
                       samples * interface_.scale());
   }
   screen_.resolve(target);

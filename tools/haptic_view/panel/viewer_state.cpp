@@ -98,9 +98,23 @@ Camera wishedCamera(const Stage& stage, std::optional<Eigen::Vector3d> tool, con
 void frameWhole(ViewerState& state, const Viewport& viewport) {
   const Eigen::Vector3d centre = state.panes[0].stage->centre();
   double radius = 0;
+  if (state.fills_panes) return state.camera.frame(centre, state.panes[0].stage->radius(), viewport);
   for (const Pane& pane : state.panes)
     radius = std::max(radius, pane.stage->radius() + (pane.stage->centre() - pane.shift - centre).norm());
   state.camera.frame(centre, radius, viewport);
+}
+
+Camera cameraOf(const ViewerState& state, std::size_t pane) {
+  Camera camera = state.camera;
+  const Stage &first = *state.panes[0].stage, &stage = *state.panes[pane].stage;
+  if (state.fills_panes) {
+    const double ratio = stage.radius() / first.radius();
+    camera.target = stage.centre() + ratio * (camera.target - first.centre());
+    camera.distance *= ratio;
+  } else {
+    camera.target += state.panes[pane].shift;
+  }
+  return camera;
 }
 
 Eigen::Vector3d shiftBetween(const Stage& first, const Stage& other) {

@@ -60,6 +60,7 @@ struct ViewerState {
   std::vector<std::optional<double>> limits;  // lines in the plots, in their order
   Look look;
   Camera camera;
+  bool fills_panes = false;  // each stage fills its pane; otherwise all have one scale
   bool panels = true, help = false, follow = false, frozen = false;
   double plot_seconds = 10;
   std::string recording;  // file that is currently written; empty: none
@@ -93,6 +94,10 @@ Camera wishedCamera(const Stage& stage, std::optional<Eigen::Vector3d> tool, con
 
 /// Points the camera at the first stage, from as far away as the whole of every pane needs.
 void frameWhole(ViewerState& state, const Viewport& viewport);
+
+/// The camera of a pane: that of the window, moved to the pane's stage, and nearer or farther by the ratio of the sizes
+/// if each stage fills its pane.
+Camera cameraOf(const ViewerState& state, std::size_t pane);
 
 /// The shift [mm] of a pane beside another one: zero where their stages overlap, as different trees of one mesh do, so
 /// that equal places are seen at equal places; otherwise from centre to centre.

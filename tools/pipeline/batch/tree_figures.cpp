@@ -42,10 +42,18 @@ double TreeFigures::repairChange() const {
   return change;
 }
 
-bool TreeFigures::isRepairLarge() const {
+std::size_t TreeFigures::removedTriangles() const {
+  std::size_t removed = 0;
+  for (const RepairFigures& step : repair) removed += step.removed_triangles;
+  return removed;
+}
+
+bool TreeFigures::isChangeLarge() const {
   const double change = repairChange();
   return change > diagonal_mm / 100 || (tolerance_mm && change > *tolerance_mm);
 }
+
+bool TreeFigures::isLossLarge() const { return 10 * removedTriangles() > input_triangles && input_triangles > 0; }
 
 TreeFigures figuresOf(const SphereTree& tree) {
   TreeFigures figures;

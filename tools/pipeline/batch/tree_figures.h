@@ -63,9 +63,15 @@ struct TreeFigures {
 
   /// Largest motion of the surface by the repair; 0 without a repair.
   double repairChange() const;
-  /// Whether the repair changed the surface by more than the tolerance or 1 % of the diagonal, so that the user should
-  /// check it.
-  bool isRepairLarge() const;
+  /// Number of triangles of the input that the repair left out.
+  std::size_t removedTriangles() const;
+  /// Whether the repair moved the surface by more than the tolerance or 1 % of the diagonal.
+  bool isChangeLarge() const;
+  /// Whether it left out more than a tenth of the triangles, which may be a part that the user needs, even if the
+  /// surface around them did not move.
+  bool isLossLarge() const;
+  /// Whether the user should check the repair.
+  bool isRepairLarge() const { return isChangeLarge() || isLossLarge(); }
   bool isGraded() const { return min_tolerance_mm.has_value(); }
   /// Proven overhang bound of the leaves; 0 if there is none.
   double leafBound() const { return levels.empty() ? 0 : levels.back().overhang_bound_mm.value_or(0); }

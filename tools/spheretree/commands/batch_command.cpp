@@ -91,7 +91,7 @@ void printRepairs(const BatchResult& result, const BatchSettings& settings) {
   const auto large = static_cast<std::size_t>(
       std::count_if(repaired.begin(), repaired.end(), [](const ObjectResult* o) { return o->figures.isRepairLarge(); }));
   printResult("%s repaired", counted(repaired.size(), "mesh", "meshes").c_str());
-  if (large > 0) printResult(", %zu by more than the tolerance or a hundredth of the object", large);
+  if (large > 0) printResult(", %zu by more than the tolerance, a hundredth of the object or a tenth of its triangles", large);
   printResult("; the largest changes:\n");
   constexpr std::size_t kListed = 8;
   for (std::size_t i = 0; i < std::min(kListed, repaired.size()); ++i) {

@@ -11,7 +11,7 @@
 #include "commands/common_options.h"
 #include "commands/evaluate_robot.h"
 #include "commands/evaluate_states_report.h"
-#include "commands/robot_input.h"
+#include "commands/robot_options.h"
 #include "input/tree_input.h"
 #include "json_text.h"
 #include "pipeline/evaluation_json.h"
@@ -36,7 +36,7 @@ struct EvaluateOptions {
   builder::EvaluateSettings settings;
   StatesOptions states;
   std::string link, spheres_unit;  // of a file of spheres; unit "": as the file states it, or metres
-  RobotInput robot;                // `units` also holds the unit of another mesh
+  robot::RobotInput robot;         // `units` also holds the unit of another mesh
 };
 
 void printText(const EvaluateOptions& options, std::size_t triangles, const builder::Evaluation& evaluation) {

@@ -12,7 +12,6 @@
 #include "robot/link_shape.h"
 #include "robot/sphere_file.h"
 #include "run_files.h"
-#include "spheretree/core/mesh_edit.h"
 #include "spheretree/formats/errors.h"
 #include "terminal.h"
 
@@ -27,20 +26,12 @@ struct Row {
   std::optional<builder::Evaluation> evaluation;  // empty without spheres
 };
 
-/// All shapes of a link as one mesh; a capsule or sphere is represented by triangles with vertices on it.
-TriangleMesh shapesOf(std::span<const robot::ShapedElement> elements) {
-  TriangleMesh all;
-  for (const robot::ShapedElement& element : elements)
-    all = joined(std::move(all), element.shape.capsule ? robot::capsuleMesh(*element.shape.capsule) : element.shape.mesh);
-  return all;
-}
-
 Row evaluateLink(const EvaluateRobotOptions& options, const robot::Link& link, std::span<const robot::ShapedElement> elements,
                  const robot::SphereFile& spheres, bool quiet, builder::Progress& progress) {
   Row row{link.name, 0, std::nullopt};
   for (const robot::SphereSet& set : spheres.sets) {
     if (set.link != link.name && !(set.link.empty() && !options.link.empty())) continue;
-    const builder::RepairedMesh solid = builder::repairMesh(shapesOf(elements), pipeline::repairKind(options.repair), progress);
+    const builder::RepairedMesh solid = builder::repairMesh(robot::meshOf(elements), pipeline::repairKind(options.repair), progress);
     if (!quiet && !solid.isSound())
       say("spheretree: warning: " + link.name + " is not a closed, clean surface, so that inside and outside are uncertain.");
     progress.check();
@@ -70,20 +61,18 @@ void printRows(const std::vector<Row>& rows) {
 }  // namespace
 
 int evaluateRobot(const EvaluateRobotOptions& options, bool quiet, builder::Progress& progress) {
-  const auto [robot, shapes] = readRobot(options.input, progress);
+  const auto [robot, shapes] = robot::readRobot(options.input, progress);
   if (!quiet)
     for (const std::string& note : robot.notes) say(note);
   const robot::SphereFile spheres = robot::readSphereFile(options.spheres, options.sphere_unit_mm);
   if (!quiet && spheres.without_volume > 0)
     say(options.spheres.string() + ": " + counted(spheres.without_volume, "sphere") + " with a radius of 0 or below left out.");
   std::vector<Row> rows;
-  for (std::size_t first = 0, last = 0; first < shapes.size(); first = last) {
-    const std::size_t l = shapes[first].link;
-    while (last < shapes.size() && shapes[last].link == l) ++last;
-    const robot::Link& link = robot.links[l];
+  for (const std::span<const robot::ShapedElement> elements : robot::linksOf(shapes)) {
+    const robot::Link& link = robot.links[elements.front().link];
     if (!options.link.empty() && link.name != options.link) continue;
     progress.stage(link.name);
-    rows.push_back(evaluateLink(options, link, std::span(shapes).subspan(first, last - first), spheres, quiet, progress));
+    rows.push_back(evaluateLink(options, link, elements, spheres, quiet, progress));
   }
   if (rows.empty()) throw formats::FormatError(options.input.urdf.string() + ": has no link named " + options.link + " with a shape.");
   if (!options.json) {

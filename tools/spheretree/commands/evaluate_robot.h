@@ -7,13 +7,13 @@
 #include <optional>
 #include <string>
 
-#include "commands/robot_input.h"
+#include "robot/robot_input.h"
 #include "spheretree/builder/evaluate_tree.h"
 
 namespace spheretree::tool {
 
 struct EvaluateRobotOptions {
-  RobotInput input;
+  robot::RobotInput input;
   std::filesystem::path spheres;
   std::string link;                      // "": all
   std::optional<double> sphere_unit_mm;  // empty: as the file states it, or metres

@@ -8,7 +8,7 @@
 
 #include "commands/command.h"
 #include "commands/common_options.h"
-#include "commands/robot_input.h"
+#include "commands/robot_options.h"
 #include "mistyped.h"
 #include "pipeline/builder_names.h"
 #include "pipeline/sound_mesh.h"
@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct RobotOptions {
-  RobotInput input;
+  robot::RobotInput input;
   fs::path folder, srdf, merge;
   std::vector<std::string> links, clip;
   std::string quality = "standard", repair = "auto";
@@ -101,7 +101,7 @@ int runRobot(const RobotOptions& options, bool quiet, builder::Progress& progres
   for (const fs::path& input : {options.input.urdf, options.srdf, options.merge})
     if (!input.empty()) files.willRead(input);
   progress.stage("read");
-  auto [robot, shapes] = readRobot(options.input, progress);
+  auto [robot, shapes] = robot::readRobot(options.input, progress);
   const robot::CoverSettings settings = settingsOf(options, robot);
   robot::makeRobotFolders(options.folder, files);
   for (const fs::path& name : robot::robotFileNames(robot)) files.willMake(options.folder / name);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // spheretree view: shows meshes, trees, scenes and comparisons in a window or a picture.
+#include <algorithm>
 #include <array>
 #include <memory>
 
 #include "commands/command.h"
+#include "commands/robot_options.h"
 #include "run_files.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
@@ -22,26 +24,32 @@ namespace {
 struct ViewCommand {
   std::vector<std::filesystem::path> files;
   std::filesystem::path picture;
-  std::string size, theme = "dark", show, mesh, unit = "mm", panels = "on";
+  std::string size, theme = "dark", show, mesh, unit, panels = "on";
   int level = -1;
   double scale = 0;
-  bool overhang = false;
+  bool overhang = false, fills_panes = false;
+  robot::RobotInput robot;  // its options
   std::vector<double> from;
 };
 
 #ifdef SPHERETREE_VIEW
 
-void setLook(view::ViewerState& state, const ViewCommand& o) {
+void setLook(view::ViewerState& state, const ViewCommand& o, const std::vector<std::unique_ptr<ShownFile>>& shown) {
   view::Look& look = state.look;
   look.theme = o.theme == "light" ? view::ThemeKind::Light : view::ThemeKind::Dark;
-  const bool by_level = o.level >= 0 || o.overhang;
+  const bool is_chosen = o.level >= 0 || o.overhang || !o.show.empty();
+  const auto opens = [&](bool ShownFile::*on) {
+    return !is_chosen && std::ranges::any_of(shown, [&](const auto& file) { return (*file).*on; });
+  };
+  look.overhang = o.overhang || opens(&ShownFile::opens_on_overhang);
+  const bool by_level = o.level >= 0 || look.overhang || opens(&ShownFile::opens_on_spheres);
   look.objects = o.show == "meshes"                ? view::Geometry::Meshes
                  : o.show == "bounds"              ? view::Geometry::Bounds
                  : o.show == "contact"             ? view::Geometry::Contact
                  : o.show == "spheres" || by_level ? view::Geometry::Spheres
                                                    : view::Geometry::Meshes;
   if (o.level >= 0) look.level = o.level;
-  look.overhang = o.overhang;
+  state.fills_panes = o.fills_panes;
   state.panels = o.panels == "on";
 }
 
@@ -79,7 +87,7 @@ int runView(const ViewCommand& o, bool quiet, builder::Progress& progress) try {
     if (!given) throw UsageError("--size " + o.size + ": give WIDTHxHEIGHT, each from 64 to 8192, such as 1280x800");
     size = *given;
   }
-  const auto shown = shownFiles(o.files, o.mesh, formats::unitInMm(o.unit), progress);
+  const auto shown = shownFiles({o.files, o.mesh, o.unit, o.robot}, progress);
   refuseMissingSpheres(shown, o);
   view::ViewerState state;
   for (const auto& file : shown) {
@@ -94,7 +102,7 @@ int runView(const ViewCommand& o, bool quiet, builder::Progress& progress) try {
   }
   if (state.panes.empty()) throw UsageError("there is nothing to show: no run of the comparison was built");
   state.title = "spheretree view";
-  setLook(state, o);
+  setLook(state, o, shown);
   if (!o.picture.empty()) {
     view::PictureMaker maker(size[0], size[1], o.scale > 0 ? o.scale : 1, state);
     setCamera(state, o, maker.layout().panes[0]);
@@ -129,19 +137,20 @@ int runView(const ViewCommand&, bool, builder::Progress&) {
 
 void addViewCommand(Program& program) {
   const auto o = std::make_shared<ViewCommand>();
-  CLI::App* app = addVerb(program, "view", "Show meshes, trees, a scene or a comparison in a window or a picture",
+  CLI::App* app = addVerb(program, "view", "Show meshes, trees, robots, a scene or a comparison in a window or a picture",
                           "spheretree view tooth.obj tooth.stree --overhang",
                           [o, &program](builder::Progress& progress) { return runView(*o, program.quiet, progress); });
   app->add_option(
          "FILE", o->files,
-         "Meshes (.obj .stl .ply .off .gltf .glb), trees (.stree .sph .json), scenes (.json) or folders of compare, batch and split. A "
-         "tree is measured against the mesh before it; several inputs are shown side by side")
+         "Meshes (.obj .stl .ply .off .gltf .glb), trees (.stree .soft .sph .json), robots (.urdf), spheres in the formats of evaluate, "
+         "scenes (.json) or folders of compare, batch, split and robot. Trees and spheres are measured against the mesh or the robot "
+         "before them; several inputs are shown side by side")
       ->required()
       ->type_name("FILE");
   app->add_option("--picture", o->picture, "Draw a picture (.png) without a display; default: open a window")->type_name("OUT.png");
   app->add_option("--show", o->show,
-                  "meshes, spheres, bounds (bounding spheres) or contact (the surface used for contact); default meshes, or spheres with "
-                  "--level or --overhang")
+                  "meshes, spheres, bounds (bounding spheres) or contact (the surface used for contact); default meshes; spheres with "
+                  "--level or --overhang, of a robot and of a comparison, there coloured by overhang")
       ->check(CLI::IsMember({"meshes", "spheres", "bounds", "contact"}));
   app->add_option("--level", o->level, "Level of the spheres, 0 to 5; default: the leaves")->check(CLI::Range(0, 5));
   app->add_flag("--overhang", o->overhang, "Colour the spheres by their overhang out of the mesh before them, and mark the largest");
@@ -151,7 +160,10 @@ void addViewCommand(Program& program) {
       ->delimiter(',')
       ->expected(3)
       ->check(CLI::Range(-1e6, 1e6));
-  app->add_option("--unit", o->unit, "Unit of a mesh whose file has none: mm, cm, m, in; default mm")
+  app->add_flag("--fill", o->fills_panes, "Let each input fill its pane; default: all are shown at one scale (key Z)");
+  addRobotInput(*app, o->robot);
+  app->add_option("--unit", o->unit,
+                  "Unit of a mesh whose file has none, and of the meshes of a robot: mm, cm, m, in; default mm, robots m")
       ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
   app->add_option("--size", o->size, "Pixels as WIDTHxHEIGHT, each 64 to 8192; default 1280x800")->type_name("WxH");
   app->add_option("--theme", o->theme, "dark or light; default dark")->check(CLI::IsMember({"dark", "light"}));

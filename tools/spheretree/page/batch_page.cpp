@@ -25,6 +25,7 @@ using pipeline::ObjectResult;
 using pipeline::SpeedRow;
 
 constexpr const char* kDash = "\u2013";
+constexpr const char* kChangedMuch = " had to be changed by more than the tolerance, a hundredth of the object or a tenth of its triangles";
 
 std::string numberOrDash(const std::optional<double>& value) { return value ? shortNumber(*value) : kDash; }
 
@@ -45,20 +46,16 @@ std::string leadOf(const BatchResult& result) {
   if (totals.failed == 0 && missing > 0)
     out += "<span class=\"bad\">" + count(missing, "object") + " of " + std::to_string(objects) +
            " missed the tolerance asked for</span>; all are certified" +
-           (large > 0
-                ? ", but " + count(large, "mesh", "meshes") + " had to be changed by more than the tolerance or a hundredth of the object"
-                : "");
+           (large > 0 ? ", but " + count(large, "mesh", "meshes") + kChangedMuch : "");
   else if (totals.failed == 0 && large > 0)
-    out += "<span class=\"warn\">All " + count(objects, "tree") + " are certified, but " + count(large, "mesh", "meshes") +
-           " had to be changed by more than the tolerance or a hundredth of the object</span> (<a href=\"#repairs\">what was done</a>)";
+    out += "<span class=\"warn\">All " + count(objects, "tree") + " are certified, but " + count(large, "mesh", "meshes") + kChangedMuch +
+           "</span> (<a href=\"#repairs\">what was done</a>)";
   else if (totals.failed == 0)
     out += "<span class=\"good\">All " + count(objects, "tree") + " are whole and certified</span>";
   else
     out += "<span class=\"bad\">" + count(totals.failed, "object") + " of " + std::to_string(objects) +
            " failed</span>; the others are certified" +
-           (large > 0 ? ", but <span class=\"warn\">" + count(large, "mesh", "meshes") +
-                            " had to be changed by more than the tolerance or a hundredth of the object</span>"
-                      : "");
+           (large > 0 ? ", but <span class=\"warn\">" + count(large, "mesh", "meshes") + kChangedMuch + "</span>" : "");
   out += ": " + std::to_string(totals.leaves) + " leaves represent " + std::to_string(totals.triangles) +
          " triangles, and none reaches farther than <b>" + shortNumber(totals.overhang_bound_mm) + " mm</b> out of its object.</p>\n";
   if (totals.failed > 0 && missing > 0) out += "<p class=\"bad\">" + count(missing, "object") + " missed the tolerance asked for.</p>\n";
@@ -71,16 +68,12 @@ std::string leadOf(const BatchResult& result) {
 /// `index` of an object: its index among the placed objects of the scene, for its button.
 std::string objectTable(const BatchResult& result, const std::map<std::string, std::size_t>& index) {
   HtmlTable table{"Objects; overhang of the leaves: how far they reach out of the object",
-                  {"Object", "State", "Triangles", "Leaves", "Overhang, proven [mm]", "99th percentile [mm]", "Tolerance [mm]",
+                  {"Object", "Overhang, proven [mm]", "Tolerance [mm]", "State", "99th percentile [mm]", "Leaves", "Triangles",
                    "Diagonal [mm]", "Build [s]"},
                   {}};
   for (const ObjectResult& o : result.objects) {
     const auto at = index.find(o.name);
-    const std::string head =
-        at == index.end() ? escaped(o.name)
-                          : "<button type=\"button\" data-object=\"" + std::to_string(at->second) + "\" title=\"Show its worst spot\">" +
-                                escaped(o.name) + "</button> <button type=\"button\" data-eye=\"" + std::to_string(at->second) +
-                                "\" aria-pressed=\"false\" aria-label=\"Hide " + escaped(o.name) + " in the view\">hide</button>";
+    const std::string head = at == index.end() ? escaped(o.name) : objectButtons(o.name, at->second);
     if (!o.hasTree()) {
       table.rows.push_back({head, "<span class=\"bad\">failed:</span> " + escaped(o.error)});
       continue;
@@ -88,12 +81,13 @@ std::string objectTable(const BatchResult& result, const std::map<std::string, s
     const pipeline::TreeFigures& f = o.figures;
     const pipeline::LevelFigures& leaves = f.levels.back();
     const std::string tolerance = numberOrDash(f.tolerance_mm);
+    const std::string bound = numberOrDash(leaves.overhang_bound_mm);
     const std::string repaired = f.repair.empty() ? "" : f.isRepairLarge() ? ", <span class=\"warn\">repaired</span>" : ", repaired";
-    table.rows.push_back({head, std::string(o.is_tool ? "tool, " : "") + (o.status == ItemStatus::Built ? "built" : "cached") + repaired,
-                          std::to_string(f.triangles), std::to_string(f.leaves), numberOrDash(leaves.overhang_bound_mm),
-                          leaves.measured ? shortNumber(leaves.measured->overhang.p99) : kDash,
-                          missed(o) ? "<span class=\"bad\">" + tolerance + " missed</span>" : tolerance, shortNumber(f.diagonal_mm),
-                          shortNumber(o.seconds)});
+    table.rows.push_back({head, missed(o) ? "<span class=\"bad\">" + bound + "</span>" : bound, tolerance,
+                          std::string(o.is_tool ? "tool, " : "") + (o.status == ItemStatus::Built ? "built" : "cached") + repaired +
+                              (missed(o) ? ", <span class=\"bad\">tolerance missed</span>" : ""),
+                          leaves.measured ? shortNumber(leaves.measured->overhang.p99) : kDash, std::to_string(f.leaves),
+                          std::to_string(f.triangles), shortNumber(f.diagonal_mm), shortNumber(o.seconds)});
   }
   return table.html();
 }
@@ -112,19 +106,16 @@ std::string repairTable(const BatchResult& result) {
   for (const ObjectResult* o : repaired) {
     const pipeline::TreeFigures& f = o->figures;
     std::string steps;
-    std::size_t removed = 0;
-    for (const pipeline::RepairFigures& step : f.repair) {
-      steps += (steps.empty() ? "" : " ") + escaped(step.text);
-      removed += step.removed_triangles;
-    }
-    const std::string change = shortNumber(f.repairChange());
-    table.rows.push_back({escaped(o->name), f.isRepairLarge() ? "<span class=\"warn\">" + change + "</span>" : change,
+    for (const pipeline::RepairFigures& step : f.repair) steps += (steps.empty() ? "" : " ") + escaped(step.text);
+    const std::size_t removed = f.removedTriangles();
+    const auto marked = [](bool is_large, const std::string& text) { return is_large ? "<span class=\"warn\">" + text + "</span>" : text; };
+    table.rows.push_back({escaped(o->name), marked(f.isChangeLarge(), shortNumber(f.repairChange())),
                           shortNumber(100 * f.repairChange() / f.diagonal_mm),
-                          std::to_string(removed) + " of " + std::to_string(f.input_triangles),
+                          marked(f.isLossLarge(), std::to_string(removed) + " of " + std::to_string(f.input_triangles)),
                           "<span class=\"wrap words\">" + steps + "</span>"});
   }
-  return "<p>The trees cover the input and the added surfaces. A change in colour is larger than the tolerance of the object or a "
-         "hundredth of its diagonal: check it.</p>" +
+  return "<p>The trees cover the input and the added surfaces. Check what is in colour: a change larger than the tolerance of the object "
+         "or a hundredth of its diagonal, and more than a tenth of its triangles left out.</p>" +
          table.html();
 }
 

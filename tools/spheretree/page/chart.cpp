@@ -10,6 +10,7 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
+#include <sstream>
 
 namespace spheretree::tool {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 constexpr double kWidth = 400, kHeight = 340;  // size of a chart [px]
 constexpr double kLeft = 62, kRight = 18, kTop = 34, kBottom = 46;
 constexpr double kStrip = 26;  // height above the axis of a chart for dots beyond its end [px]
-constexpr double kTraceWidth = 860, kTraceHeight = 220, kTraceRight = 84;
+constexpr double kTraceWidth = 860, kNarrowTraceWidth = 400, kTraceHeight = 220, kTraceRight = 84;
 constexpr double kLetter = 6.7, kBoldLetter = 7.6;  // mean width of a letter of the labels in a wide font [px]
 constexpr std::array<double, 3> kRadius{3, 4.2, 5.6};
 
@@ -59,6 +60,7 @@ struct Axis {
   }
 };
 
+/// With about so many parts, but at least three ticks: beside fewer, no value can be read.
 Axis linearAxis(double smallest, double largest, double place0, double place1, int about) {
   if (!(largest > smallest)) largest = smallest + std::max(1.0, std::abs(smallest));
   const double raw = (largest - smallest) / about, power = std::pow(10.0, std::floor(std::log10(raw)));
@@ -70,7 +72,7 @@ Axis linearAxis(double smallest, double largest, double place0, double place1, i
     }
   Axis axis{smallest, largest, place0, place1, false, {}};
   for (double k = std::ceil(smallest / step - 1e-9); k * step <= largest + 1e-9 * step; ++k) axis.ticks.push_back(k == 0 ? 0 : k * step);
-  return axis;
+  return axis.ticks.size() < 3 ? linearAxis(smallest, largest, place0, place1, about + 1) : axis;
 }
 
 Axis logAxis(double smallest, double largest, double place0, double place1) {
@@ -89,8 +91,7 @@ Axis logAxis(double smallest, double largest, double place0, double place1) {
       const double value = digit * std::pow(10.0, power);
       if (value >= axis.from && value <= axis.to) axis.ticks.push_back(value);
     }
-  // A value cannot be read beside fewer than three ticks.
-  for (int about = 4; axis.ticks.size() < 3; ++about) axis.ticks = linearAxis(axis.from, axis.to, place0, place1, about).ticks;
+  if (axis.ticks.size() < 3) axis.ticks = linearAxis(axis.from, axis.to, place0, place1, 4).ticks;
   return axis;
 }
 
@@ -105,9 +106,35 @@ double axisEnd(std::span<const ChartPoint> points) {
   return y.back();
 }
 
+/// Where the plot begins at the left, so that the labels of the ticks do not reach the name of the axis.
+double leftOf(const Axis& y) {
+  std::size_t longest = 0;
+  for (const double value : y.ticks) longest = std::max(longest, shortNumber(value).size());
+  return std::max(kLeft, 26 + kLetter * static_cast<double>(longest));
+}
+
+/// The lines of a title in a chart of this width.
+std::vector<std::string> titleLines(const std::string& title, double width) {
+  std::vector<std::string> lines{""};
+  std::istringstream words(title);
+  for (std::string word; words >> word;) {
+    const std::string longer = lines.back().empty() ? word : lines.back() + " " + word;
+    if (kBoldLetter * static_cast<double>(longer.size()) > width && !lines.back().empty())
+      lines.push_back(word);
+    else
+      lines.back() = longer;
+  }
+  return lines;
+}
+
+constexpr double kTitleLine = 15;  // height of a further line of a title [px]
+
 /// The frame of a chart: title, grid, tick labels, names of the axes.
-std::string frame(const std::string& title, const std::string& x_label, const std::string& y_label, const Axis& x, const Axis& y) {
-  std::string out = text("ct", x.place0, 18, "start", title);
+std::string frame(const std::vector<std::string>& title, const std::string& x_label, const std::string& y_label, const Axis& x,
+                  const Axis& y) {
+  std::string out;
+  for (std::size_t i = 0; i < title.size(); ++i)
+    out += text("ct", title.size() == 1 ? x.place0 : 8, 18 + kTitleLine * static_cast<double>(i), "start", title[i]);
   for (const double value : y.ticks) {
     out += line("cg", x.place0, y.at(value), x.place1, y.at(value));
     out += text("ck", x.place0 - 6, y.at(value) + 4, "end", shortNumber(value));
@@ -124,8 +151,8 @@ std::string frame(const std::string& title, const std::string& x_label, const st
   return out;
 }
 
-std::string wrapped(double width, double height, const std::string& title, const std::string& body) {
-  return "<svg class=\"chart\" xmlns=\"http://www.w3.org/2000/svg\" width=\"" + px(width) + "\" height=\"" + px(height) +
+std::string wrapped(double width, double height, const std::string& title, const std::string& body, const std::string& css = "chart") {
+  return "<svg class=\"" + css + "\" xmlns=\"http://www.w3.org/2000/svg\" width=\"" + px(width) + "\" height=\"" + px(height) +
          "\" viewBox=\"0 0 " + px(width) + " " + px(height) + "\" role=\"img\" aria-label=\"" + escaped(title) + "\">\n" + body +
          "</svg>\n";
 }
@@ -210,8 +237,8 @@ ScatterLayout scatterLayout(const ScatterChart& chart) {
   out.has_limit = chart.limit && std::isfinite(chart.limit->y) && chart.limit->y > 0;
   if (out.has_limit) min_y = std::min(min_y, chart.limit->y), max_y = std::max(max_y, chart.limit->y);
   const double end_y = out.has_limit ? max_y : axisEnd(points);
-  out.x = logAxis(min_x, max_x, kLeft, kWidth - kRight);
   out.y = logAxis(min_y, end_y, kHeight - kBottom, end_y < max_y ? kTop + kStrip : kTop);
+  out.x = logAxis(min_x, max_x, leftOf(out.y), kWidth - kRight);
   out.on_front = chart.front ? paretoFront(points) : std::vector<bool>(points.size(), false);
   for (std::size_t i = 0; i < points.size(); ++i) out.series[points[i].series].push_back(i);
   return out;
@@ -279,8 +306,8 @@ struct TraceAxes {
   Axis x, y;
 };
 
-/// Axes that fit the curves and the limit; none if there is nothing to show.
-std::optional<TraceAxes> traceAxes(const TraceChart& chart) {
+/// Axes that fit the curves and the limit in a chart of this width, below `top`; none if there is nothing to show.
+std::optional<TraceAxes> traceAxes(const TraceChart& chart, double width, double top) {
   double smallest = std::numeric_limits<double>::infinity(), largest = -smallest;
   for (const Trace& trace : chart.traces)
     for (const float value : trace.y)
@@ -292,10 +319,12 @@ std::optional<TraceAxes> traceAxes(const TraceChart& chart) {
   const double clear = chart.log_y ? 0 : 0.05 * (largest - smallest);  // between the curves and the frame
   if (smallest != 0) smallest -= clear;
   largest += clear;
-  const double bottom = kTraceHeight - kBottom;
-  return TraceAxes{linearAxis(chart.x.front(), chart.x.back(), kLeft, kTraceWidth - kTraceRight, 10),
-                   chart.log_y ? logAxis(smallest, largest, bottom, kTop)
-                               : linearAxis(smallest > 0 && smallest < 0.5 * largest ? 0 : smallest, largest, bottom, kTop, 5)};
+  const double bottom = top + kTraceHeight - kBottom - kTop;
+  constexpr double kTickWidth = 75;  // about, of the x axis [px]
+  const Axis y = chart.log_y ? logAxis(smallest, largest, bottom, top)
+                             : linearAxis(smallest > 0 && smallest < 0.5 * largest ? 0 : smallest, largest, bottom, top, 5);
+  const double left = leftOf(y), right = width - kTraceRight;
+  return TraceAxes{linearAxis(chart.x.front(), chart.x.back(), left, right, static_cast<int>((right - left) / kTickWidth)), y};
 }
 
 struct TracePath {
@@ -305,13 +334,13 @@ struct TracePath {
 
 /// The curve, with one vertical line from the smallest to the largest value for each column of pixels.
 TracePath tracePath(const Trace& trace, const TraceChart& chart, const TraceAxes& axes) {
-  const double right = axes.x.place1, bottom = axes.y.place0;
-  const auto columns = static_cast<std::size_t>(right - kLeft) + 1;
+  const double left = axes.x.place0, right = axes.x.place1, bottom = axes.y.place0, top = axes.y.place1;
+  const auto columns = static_cast<std::size_t>(right - left) + 1;
   std::vector<float> low(columns, std::numeric_limits<float>::infinity()), high(columns, -std::numeric_limits<float>::infinity());
   TracePath out{{}, bottom};
   for (std::size_t i = 0; i < trace.y.size() && i < chart.x.size(); ++i) {
     if (!std::isfinite(trace.y[i]) || (chart.log_y && !(trace.y[i] > 0))) continue;
-    const auto column = static_cast<std::size_t>(std::clamp(axes.x.at(chart.x[i]) - kLeft, 0.0, right - kLeft));
+    const auto column = static_cast<std::size_t>(std::clamp(axes.x.at(chart.x[i]) - left, 0.0, right - left));
     low[column] = std::min(low[column], trace.y[i]), high[column] = std::max(high[column], trace.y[i]);
     out.last = axes.y.at(trace.y[i]);
   }
@@ -322,9 +351,9 @@ TracePath tracePath(const Trace& trace, const TraceChart& chart, const TraceAxes
       pen_down = pen_down && sparse;
       continue;
     }
-    const double at = kLeft + static_cast<double>(c);
+    const double at = left + static_cast<double>(c);
     const auto limited = [&](float value) {
-      return std::clamp(axes.y.at(std::max<double>(value, chart.log_y ? axes.y.from : value)), kTop, bottom);
+      return std::clamp(axes.y.at(std::max<double>(value, chart.log_y ? axes.y.from : value)), top, bottom);
     };
     out.path += (pen_down ? "L" : "M") + px(at) + " " + px(limited(high[c]));
     if (limited(low[c]) - limited(high[c]) > 0.3) out.path += "V" + px(limited(low[c]));
@@ -403,7 +432,7 @@ std::string scatterSvg(const ScatterChart& chart) {
   if (layout.points.empty())
     return wrapped(kWidth, kHeight, chart.title, text("ct", kLeft, 18, "start", chart.title + ": nothing to show"));
   const Axis &x = layout.x, &y = layout.y;
-  std::string out = frame(chart.title, chart.x_label, chart.y_label, x, y);
+  std::string out = frame({chart.title}, chart.x_label, chart.y_label, x, y);
   if (layout.has_limit) {
     out += line("cx", x.place0, y.at(chart.limit->y), x.place1, y.at(chart.limit->y));
     out += text("ck cy", x.place1, y.at(chart.limit->y) - 5, "end", chart.limit->label);
@@ -413,13 +442,18 @@ std::string scatterSvg(const ScatterChart& chart) {
   return wrapped(kWidth, kHeight, chart.title, out + seriesNames(layout, chart));
 }
 
-std::string traceSvg(const TraceChart& chart) {
-  const std::optional<TraceAxes> axes = traceAxes(chart);
-  if (!axes) return wrapped(kTraceWidth, 40, chart.title, text("ct", kLeft, 18, "start", chart.title + ": nothing to show"));
+std::string traceSvg(const TraceChart& chart, TraceSize size) {
+  const double width = size == TraceSize::Broad ? kTraceWidth : kNarrowTraceWidth;
+  const std::string css = size == TraceSize::Broad ? "chart broad" : "chart narrow";
+  std::vector<std::string> title = titleLines(chart.title, width - kLeft);
+  if (title.size() > 1) title = titleLines(chart.title, width - 16);  // they begin at the edge
+  const double top = kTop + kTitleLine * static_cast<double>(title.size() - 1);
+  const std::optional<TraceAxes> axes = traceAxes(chart, width, top);
+  if (!axes) return wrapped(width, 40, chart.title, text("ct", 8, 18, "start", chart.title + ": nothing to show"), css);
   const Axis &x = axes->x, &y = axes->y;
   const double right = x.place1, bottom = y.place0;
 
-  std::string out = frame(chart.title, chart.x_label, chart.y_label, x, y);
+  std::string out = frame(title, chart.x_label, chart.y_label, x, y);
   std::vector<double> name_at;
   for (std::size_t t = 0; t < chart.traces.size(); ++t) {
     auto [path, last] = tracePath(chart.traces[t], chart, *axes);
@@ -429,14 +463,16 @@ std::string traceSvg(const TraceChart& chart) {
       for (const double other : name_at)
         if (std::abs(last - other) < 13) last = other + (last < other || other + 13 > bottom ? -13 : 13);
     name_at.push_back(last);
-    out += text(("n" + index).c_str(), right + 6, std::clamp(last, kTop, bottom) + 4, "start", chart.traces[t].name);
+    out += text(("n" + index).c_str(), right + 6, std::clamp(last, top, bottom) + 4, "start", chart.traces[t].name);
   }
   if (chart.limit && y.from <= chart.limit->y && chart.limit->y <= y.to) {
     out += line("cx", x.place0, y.at(chart.limit->y), x.place1, y.at(chart.limit->y));
     out += text("ck cy", x.place0 + 4, y.at(chart.limit->y) - 4, "start", chart.limit->label);
   }
-  return wrapped(kTraceWidth, kTraceHeight, chart.title, out);
+  return wrapped(width, bottom + kBottom, chart.title, out, css);
 }
+
+std::string traceCharts(const TraceChart& chart) { return traceSvg(chart, TraceSize::Broad) + traceSvg(chart, TraceSize::Narrow); }
 
 namespace {
 

@@ -59,10 +59,16 @@ struct TraceChart {
   std::optional<ScatterChart::Line> limit;
 };
 
+/// For a screen, and for a phone, where a broad chart would be cut or too small to read.
+enum class TraceSize { Broad, Narrow };
+
 /// Each pixel column shows the smallest and the largest value in it, so that every peak is visible in a trace of any
 /// length.
 /// Cost: O(values).
-std::string traceSvg(const TraceChart& chart);
+std::string traceSvg(const TraceChart& chart, TraceSize size = TraceSize::Broad);
+
+/// Both sizes, of which a page shows the one that fits.
+std::string traceCharts(const TraceChart& chart);
 
 /// One SVG file: a heading, and the charts (from the two functions above) in a row.
 std::string svgFile(const std::string& heading, std::span<const std::string> charts);

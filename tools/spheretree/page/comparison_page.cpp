@@ -163,18 +163,17 @@ std::string leadOf(const Comparison& comparison) {
 std::string meansTable(const std::vector<MeanFigures>& means) {
   HtmlTable table{
       "Geometric means over the meshes, leaves of the trees",
-      {"Builder \u00b7 quality", "Processor time [s]", "Time [s]", "Worst overhang [% D]", "99th percentile [% D]", "Excess volume [%]"},
+      {"Builder \u00b7 quality", "Worst overhang [% D]", "Processor time [s]", "99th percentile [% D]", "Excess volume [%]", "Time [s]"},
       {}};
   for (const MeanFigures& m : means)
-    table.rows.push_back({escaped(label(m.method)), shortNumber(m.figures.processor_seconds), shortNumber(m.figures.seconds),
-                          shortNumber(m.figures.overhang_percent), shortNumber(m.figures.p99_percent),
-                          shortNumber(m.figures.excess_percent)});
+    table.rows.push_back({escaped(label(m.method)), shortNumber(m.figures.overhang_percent), shortNumber(m.figures.processor_seconds),
+                          shortNumber(m.figures.p99_percent), shortNumber(m.figures.excess_percent), shortNumber(m.figures.seconds)});
   return table.html();
 }
 
 std::string runsTable(const Comparison& comparison, const MeshFigures& mesh) {
   HtmlTable table{mesh.name + ": leaves of each tree; D = " + shortNumber(mesh.diagonal_mm) + " mm",
-                  {"Builder \u00b7 quality", "Processor time [s]", "Leaves", "Worst overhang [% D]", "99th percentile [% D]",
+                  {"Builder \u00b7 quality", "Worst overhang [% D]", "Processor time [s]", "Leaves", "99th percentile [% D]",
                    "Uncovered [%]", "Excess volume [%]"},
                   {}};
   for (const Run& run : comparison.runs) {
@@ -185,15 +184,15 @@ std::string runsTable(const Comparison& comparison, const MeshFigures& mesh) {
     }
     const LeafFigures figures = leafFigures(comparison, run);
     const builder::LevelEvaluation& leaves = run.levels.back();
-    table.rows.push_back({escaped(label(run.method)), shortNumber(figures.processor_seconds), std::to_string(leaves.spheres),
-                          shortNumber(figures.overhang_percent), shortNumber(figures.p99_percent),
+    table.rows.push_back({escaped(label(run.method)), shortNumber(figures.overhang_percent), shortNumber(figures.processor_seconds),
+                          std::to_string(leaves.spheres), shortNumber(figures.p99_percent),
                           shortNumber(100 * leaves.coverage.uncovered_fraction), shortNumber(figures.excess_percent)});
   }
   const double percent = 100 / mesh.diagonal_mm;
   for (const pipeline::OtherFigures& other : mesh.others)
     table.rows.push_back({escaped(other.name) + " <span class=\"note\">" + escaped(other.format) + "</span>",
-                          other.seconds > 0 ? shortNumber(other.seconds) : "\u2013", std::to_string(other.level.spheres),
-                          shortNumber(other.level.overhang.max * percent), shortNumber(other.level.overhang.p99 * percent),
+                          shortNumber(other.level.overhang.max * percent), other.seconds > 0 ? shortNumber(other.seconds) : "\u2013",
+                          std::to_string(other.level.spheres), shortNumber(other.level.overhang.p99 * percent),
                           shortNumber(100 * other.level.coverage.uncovered_fraction),
                           shortNumber(100 * other.level.excess_volume_fraction)});
   return table.html();

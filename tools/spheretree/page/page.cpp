@@ -3,8 +3,10 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
+#include <optional>
 
 #include "page/chart.h"
 #include "page/embedded.h"
@@ -29,6 +31,61 @@ std::string base64(std::string_view bytes) {
 std::string section(const std::string& id, const std::string& heading, const std::string& body) {
   return "<section id=\"" + id + "\" aria-labelledby=\"" + id + "-h\"><h2 id=\"" + id + "-h\">" + escaped(heading) + "</h2>\n" + body +
          "</section>\n";
+}
+
+/// The number that a cell begins with, markup aside; followed by nothing else, or by a mark such as a tick.
+struct CellNumber {
+  std::size_t end = 0;       // index behind its last digit
+  std::size_t decimals = 0;  // digits behind the point
+  bool has_point = false;
+};
+
+bool isDigit(char c) { return c >= '0' && c <= '9'; }
+
+std::optional<CellNumber> numberIn(const std::string& cell) {
+  std::size_t at = 0;
+  while (at < cell.size() && cell[at] == '<') at = std::min(cell.find('>', at), cell.size() - 1) + 1;
+  if (at < cell.size() && cell[at] == '-') ++at;
+  if (at == cell.size() || !isDigit(cell[at])) return std::nullopt;
+  CellNumber out;
+  for (; at < cell.size() && (isDigit(cell[at]) || (cell[at] == '.' && !out.has_point)); ++at) {
+    out.decimals += out.has_point;
+    out.has_point = out.has_point || cell[at] == '.';
+  }
+  out.end = at;
+  std::string rest;
+  for (bool is_markup = false; at < cell.size(); ++at) {
+    is_markup = is_markup || cell[at] == '<';
+    if (!is_markup) rest += cell[at];
+    if (cell[at] == '>') is_markup = false;
+  }
+  return rest.empty() || rest == " \u2713" || rest == " \u2717" ? std::optional(out) : std::nullopt;
+}
+
+/// How the cells of a column are set.
+struct ColumnStyle {
+  bool is_text = true;
+  std::size_t decimals = 0;  // most of a number in it
+
+  std::string open(const char* tag) const { return std::string("<") + tag + (is_text ? " class=\"text\">" : ">"); }
+  /// The cell with the digits that its number lacks, which are not seen.
+  std::string aligned(const std::string& cell) const {
+    const auto number = numberIn(cell);
+    if (!number || number->decimals == decimals) return cell;
+    const std::string pad = (number->has_point ? "" : ".") + std::string(decimals - number->decimals, '0');
+    return cell.substr(0, number->end) + "<i class=\"pad\" aria-hidden=\"true\">" + pad + "</i>" + cell.substr(number->end);
+  }
+};
+
+ColumnStyle styleOf(const HtmlTable& table, std::size_t column) {
+  ColumnStyle out;
+  for (const std::vector<std::string>& row : table.rows) {
+    if (column >= row.size() || (column + 1 == row.size() && row.size() < table.heads.size())) continue;
+    const auto number = numberIn(row[column]);
+    out.is_text = out.is_text && !number && row[column] != "\u2013";
+    if (number) out.decimals = std::max(out.decimals, number->decimals);
+  }
+  return out;
 }
 
 }  // namespace
@@ -65,14 +122,19 @@ std::string HtmlTable::html() const {
   constexpr std::size_t kTall = 40;  // number of rows from which the table scrolls separately
   std::string out = "<p class=\"caption\">" + escaped(caption) + "</p><div class=\"scroll" + (rows.size() > kTall ? " tall" : "") +
                     "\" tabindex=\"0\" role=\"region\" aria-label=\"" + escaped(caption) + "\"><table><thead><tr>";
-  for (const std::string& head : heads) out += "<th scope=\"col\">" + head + "</th>";
+  std::vector<ColumnStyle> columns;
+  for (std::size_t i = 0; i < heads.size(); ++i) {
+    columns.push_back(styleOf(*this, i));
+    out += columns[i].open("th scope=\"col\"") + heads[i] + "</th>";
+  }
   out += "</tr></thead><tbody>\n";
   for (const std::vector<std::string>& row : rows) {
     out += "<tr>";
     for (std::size_t i = 0; i < row.size(); ++i) {
       const bool takes_rest = i > 0 && i + 1 == row.size() && row.size() < heads.size();
-      const std::string cell = takes_rest ? "<td class=\"rest\" colspan=\"" + std::to_string(heads.size() - i) + "\">" : "<td>";
-      out += (i == 0 ? "<th scope=\"row\">" : cell) + row[i] + (i == 0 ? "</th>" : "</td>");
+      const std::string cell =
+          takes_rest ? "<td class=\"rest\" colspan=\"" + std::to_string(heads.size() - i) + "\">" : columns[i].open("td");
+      out += (i == 0 ? "<th scope=\"row\">" : cell) + (takes_rest ? row[i] : columns[i].aligned(row[i])) + (i == 0 ? "</th>" : "</td>");
     }
     out += "</tr>\n";
   }

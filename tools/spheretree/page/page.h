@@ -36,7 +36,8 @@ class PageData {
 std::string deflatedBase64(std::string_view bytes);
 
 /// A table whose columns are sorted by a click on their heads. Cells are HTML; the first cell of a row is its head. If
-/// a row has fewer cells than the table, its last cell spans the rest of the width, and its text wraps.
+/// a row has fewer cells than the table, its last cell spans the rest of the width, and its text wraps. Numbers of a
+/// column are aligned at the decimal point; columns without a number are set left.
 struct HtmlTable {
   std::string caption;
   std::vector<std::string> heads;

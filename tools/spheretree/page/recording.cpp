@@ -184,40 +184,40 @@ Json recordingFigures(const Recording& r) {
 std::string recordingCharts(const Recording& r) {
   const std::string seconds = "Time [s]";
   std::string out = "<div class=\"charts wide\">";
-  out += traceSvg({"Force on the hand",
-                   seconds,
-                   "Force [N]",
-                   r.time,
-                   {traceOf("x", r.wrench, 0), traceOf("y", r.wrench, 1), traceOf("z", r.wrench, 2), {"length", forceLength(r)}},
-                   false,
-                   {}});
-  out += traceSvg({"Torque on the hand",
-                   seconds,
-                   "Torque [N mm]",
-                   r.time,
-                   {traceOf("x", r.wrench, 3), traceOf("y", r.wrench, 4), traceOf("z", r.wrench, 5)},
-                   false,
-                   {}});
-  out += traceSvg({"How far the hand has gone beyond the tool that is shown",
-                   seconds,
-                   "Distance [mm]",
-                   r.time,
-                   {{"distance", distances(r)}},
-                   false,
-                   {}});
-  out += traceSvg({"Energy taken from the hand; below 0 the renderer has given energy",
-                   seconds,
-                   "Energy [mJ]",
-                   r.time,
-                   {{"energy", energyTaken(r)}},
-                   false,
-                   ScatterChart::Line{0, ""}});
+  out += traceCharts({"Force on the hand",
+                      seconds,
+                      "Force [N]",
+                      r.time,
+                      {traceOf("x", r.wrench, 0), traceOf("y", r.wrench, 1), traceOf("z", r.wrench, 2), {"length", forceLength(r)}},
+                      false,
+                      {}});
+  out += traceCharts({"Torque on the hand",
+                      seconds,
+                      "Torque [N mm]",
+                      r.time,
+                      {traceOf("x", r.wrench, 3), traceOf("y", r.wrench, 4), traceOf("z", r.wrench, 5)},
+                      false,
+                      {}});
+  out += traceCharts({"How far the hand has gone beyond the tool that is shown",
+                      seconds,
+                      "Distance [mm]",
+                      r.time,
+                      {{"distance", distances(r)}},
+                      false,
+                      {}});
+  out += traceCharts({"Energy taken from the hand; below 0 the renderer has given energy",
+                      seconds,
+                      "Energy [mJ]",
+                      r.time,
+                      {{"energy", energyTaken(r)}},
+                      false,
+                      ScatterChart::Line{0, ""}});
   const Spectrum spectrum = spectrumOf(forceLength(r), rateOf(r));
   if (!spectrum.hertz.empty())
-    out +=
-        traceSvg({"Spectrum of the force", "Frequency [Hz]", "Amplitude [N]", spectrum.hertz, {{"force", spectrum.amplitude}}, true, {}});
-  out += traceSvg({"Time of a servo step", seconds, "Time [us]", r.time, {{"step", r.total_us}}, false, {}});
-  out += traceSvg({"Pairs of leaves in contact", seconds, "Pairs", r.time, {{"pairs", r.pairs}}, false, {}});
+    out += traceCharts(
+        {"Spectrum of the force", "Frequency [Hz]", "Amplitude [N]", spectrum.hertz, {{"force", spectrum.amplitude}}, true, {}});
+  out += traceCharts({"Time of a servo step", seconds, "Time [us]", r.time, {{"step", r.total_us}}, false, {}});
+  out += traceCharts({"Pairs of leaves in contact", seconds, "Pairs", r.time, {{"pairs", r.pairs}}, false, {}});
   return out + "</div>\n";
 }
 

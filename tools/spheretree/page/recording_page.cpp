@@ -42,15 +42,15 @@ std::string wrapped(const std::string& words) { return "<span class=\"wrap\">" +
 
 std::vector<std::string> figureCells(const Json& f) {
   const bool is_reported = f.value("verdict", "reported") == "reported";
-  return {wrapped(f.at("quantity").get<std::string>()), escaped(f.at("unit") == "1" ? "" : f.at("unit").get<std::string>()),
-          is_reported ? "\u2013" : numberOrDash(f.at("pass")),
+  return {wrapped(f.at("quantity").get<std::string>()),
+          judged(f.at("results").value("constrained", Json()), f.value("verdict", "reported")),
           judged(f.at("results").value("paper", Json()), f.value("paper_verdict", "reported")),
-          judged(f.at("results").value("constrained", Json()), f.value("verdict", "reported"))};
+          is_reported ? "\u2013" : numberOrDash(f.at("pass")), escaped(f.at("unit") == "1" ? "" : f.at("unit").get<std::string>())};
 }
 
 std::string scenarioTable(const Json& scenario) {
   HtmlTable table{"Figures; a value must not exceed its pass figure. \u2713 holds, \u2717 falls short; others are reported only.",
-                  {"Quantity", "Unit", "Pass", "Paper", "Constrained"},
+                  {"Quantity", "Constrained", "Paper", "Pass", "Unit"},
                   {}};
   for (const Json& f : scenario.at("figures")) table.rows.push_back(figureCells(f));
   return table.html();
@@ -66,7 +66,7 @@ std::string modeCharts(const std::vector<std::pair<std::string, Recording>>& run
   const auto chart = [&](const std::string& title, const std::string& axis, auto&& values, std::optional<ScatterChart::Line> line) {
     TraceChart c{title, "Time [s]", axis, time, {}, false, line};
     for (const auto& [mode, run] : runs) c.traces.push_back({mode, values(run)});
-    out += traceSvg(c);
+    out += traceCharts(c);
   };
   chart(
       "Force on the hand", "Force [N]", [](const Recording& r) { return forceLength(r); }, std::nullopt);
@@ -84,7 +84,7 @@ std::string modeCharts(const std::vector<std::pair<std::string, Recording>>& run
     if (s.hertz.size() > spectra.x.size()) spectra.x = s.hertz;
     spectra.traces.push_back({mode, s.amplitude});
   }
-  if (!spectra.x.empty()) out += traceSvg(spectra);
+  if (!spectra.x.empty()) out += traceCharts(spectra);
   return out + "</div>\n";
 }
 
@@ -132,7 +132,7 @@ Page stabilityPage(const Json& stability, const fs::path& folder, std::size_t tr
   Page page("Stability of the haptic step", "<p><b>" + std::to_string(hold) + " of " + of + "</b> scenarios hold in constrained mode, " +
                                                 std::to_string(paper) + " of " + of + " with the published algorithm.</p>");
   HtmlTable table{"Scenarios; for each the deciding figure. \u2713 holds, \u2717 falls short.",
-                  {"Scenario", "Quantity", "Unit", "Pass", "Paper", "Constrained"},
+                  {"Scenario", "Constrained", "Paper", "Pass", "Unit", "Quantity"},
                   {}};
   std::string details;
   page.data.root["scenes"] = Json::array();
@@ -143,8 +143,10 @@ Page stabilityPage(const Json& stability, const fs::path& folder, std::size_t tr
     const std::string title = s.at("id").get<std::string>() + " " + s.at("title").get<std::string>();
     progress.stage(title);
     if (s.contains("results")) {
-      table.rows.push_back(figureCells(s));
-      table.rows.back().insert(table.rows.back().begin(), wrapped(title));
+      std::vector<std::string> cells = figureCells(s);
+      std::rotate(cells.begin(), cells.begin() + 1, cells.end());  // the quantity, which is long, stands last
+      cells.insert(cells.begin(), wrapped(title));
+      table.rows.push_back(std::move(cells));
     }
     const auto runs = runsOf(s, folder);
     details += "<details><summary>" + escaped(title) + " <span class=\"note\">" + verdictCell(s.value("verdict", "reported")) +

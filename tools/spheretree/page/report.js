@@ -126,6 +126,7 @@ spheretreePage.whenReady(data => {
 
   // What is hidden: a button each brings it back. The table says the same.
   view.onShown = () => {
+    controls.describe();
     hidden.textContent = '';
     view.objects.forEach((object, i) => {
       document.querySelectorAll(`[data-eye="${i}"]`).forEach(button => {

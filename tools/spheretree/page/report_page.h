@@ -20,8 +20,15 @@ struct Report {
 Report batchReport(const std::filesystem::path& folder, const std::optional<std::filesystem::path>& recording, std::size_t max_bytes,
                    builder::Progress& progress);
 
-/// The page of a folder that `spheretree batch --cohort` wrote: its patients, the worst first.
-Report cohortReport(const std::filesystem::path& folder);
+/// The page of a patient, in the patient's folder.
+inline constexpr const char* kPatientPage = "report.html";
+
+/// The page of a folder that `spheretree batch --cohort` wrote: its patients, the worst first. `page`: where it will
+/// be, for links to the patients' pages that exist; empty: without links.
+Report cohortReport(const std::filesystem::path& folder, const std::filesystem::path& page);
+
+/// The page of a folder that `spheretree robot` wrote: the robot with its spheres, and the figures of its links.
+Report robotReport(const std::filesystem::path& folder, std::size_t max_bytes, builder::Progress& progress);
 
 /// The page of a recording; optionally with the compiled scene in which it was made.
 Report recordingReport(const std::filesystem::path& recording, const std::optional<std::filesystem::path>& scene, std::size_t max_bytes,
@@ -32,6 +39,9 @@ Report stabilityReport(const std::filesystem::path& folder, std::size_t max_byte
 
 /// The 3D section: the view, and a time slider if there is a replay.
 std::string viewSection(bool has_replay, const std::string& note);
+
+/// The name of object `index` of the scene in 3D: a button to its worst spot, and one that hides it.
+std::string objectButtons(const std::string& name, std::size_t index);
 
 /// Boxes with large figures: name and value.
 std::string figureBoxes(const std::vector<std::pair<std::string, std::string>>& boxes);

@@ -19,7 +19,11 @@ std::string ModelStore::add(const std::string& name, const std::filesystem::path
   const std::vector<std::byte> bytes = formats::readFile(tree_file);
   const auto [known, is_new] = name_of_.emplace(toHex(builder::bytesHash(bytes)), name);
   if (!is_new) return known->second;
-  const SphereTree tree = formats::parseSphereTree(bytes, tree_file.string());
+  add(name, formats::parseSphereTree(bytes, tree_file.string()), mesh);
+  return name;
+}
+
+void ModelStore::add(const std::string& name, const SphereTree& tree, const ShownMesh* mesh) {
   Json model = Json::object();
   if (mesh && !mesh->mesh.triangles.empty()) {
     const builder::SurfaceWithSheets surface = builder::surfaceWithSheets(mesh->mesh, mesh->to_cover);
@@ -28,8 +32,7 @@ std::string ModelStore::add(const std::string& name, const std::filesystem::path
   } else {
     model["tree"] = packTree(data_, tree, nullptr);
   }
-  models[name] = std::move(model);
-  return name;
+  data_.root["models"][name] = std::move(model);
 }
 
 ShownMeshes meshesOf(const std::filesystem::path& source_scene, builder::Progress& progress) {

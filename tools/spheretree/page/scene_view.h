@@ -9,6 +9,7 @@
 
 #include "page/page.h"
 #include "spheretree/builder/progress.h"
+#include "spheretree/core/sphere_tree.h"
 #include "spheretree/core/triangle_mesh.h"
 #include "spheretree/formats/scene_file.h"
 
@@ -26,6 +27,8 @@ class ModelStore {
   /// Adds the tree, and the mesh if there is one. Returns the name of the model; an earlier one if the trees have the
   /// same bytes.
   std::string add(const std::string& name, const std::filesystem::path& tree, const ShownMesh* mesh);
+  /// Adds a tree in memory.
+  void add(const std::string& name, const SphereTree& tree, const ShownMesh* mesh);
 
  private:
   PageData& data_;

@@ -128,14 +128,13 @@ class SphereView {
     this.draw();
   }
 
-  // The worst of all objects at this level.
-  most() { return this.objects.reduce((most, object) => Math.max(most, object.most || 0), 0); }
+  // The worst of the objects that are shown, at this level: the end of the colours, unless each has its own.
+  most() { return this.objects.reduce((most, object) => object.shown ? Math.max(most, object.most || 0) : most, 0); }
 
   // `onShown`, if a page sets it, is called after each change.
   setShown(index, shown) {
-    const object = this.objects[index];
-    object.shown = shown;
-    object.setLook(this.look, this.ownScale ? 0 : this.most());
+    this.objects[index].shown = shown;
+    this.setLook(this.look);
     if (this.onShown) this.onShown();
     this.draw();
   }
@@ -158,8 +157,15 @@ class SphereView {
     if (box.isEmpty()) box.set(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1));
     box.getCenter(this.target);
     this.extent = box.getSize(new THREE.Vector3()).length();
-    const stage = this.canvas.parentElement, aspect = Math.min(1, stage.clientWidth / Math.max(1, stage.clientHeight));
-    this.distance = this.extent / (2 * Math.tan(this.camera.fov * Math.PI / 360) * aspect) * 0.95;
+    // As near as every corner of the box allows.
+    const stage = this.canvas.parentElement, tangent = Math.tan(this.camera.fov * Math.PI / 360), d = this.direction;
+    const right = new THREE.Vector3(0, 0, 1).cross(d).normalize(), up = d.clone().cross(right);
+    const wide = tangent * stage.clientWidth / Math.max(1, stage.clientHeight);
+    this.distance = 0;
+    for (let corner = 0; corner < 8; ++corner) {
+      const p = new THREE.Vector3(...['x', 'y', 'z'].map((axis, k) => box[corner >> k & 1 ? 'max' : 'min'][axis])).sub(this.target);
+      this.distance = Math.max(this.distance, 1.06 * (p.dot(d) + Math.max(Math.abs(p.dot(up)) / tangent, Math.abs(p.dot(right)) / wide)));
+    }
     this.says.textContent = '';
     if (this.marks) this.marks.children.slice().forEach(child => this.drop(this.marks, child));
     this.draw();
@@ -473,8 +479,8 @@ function addViewControls(view, onLevel) {
       (view.objects.length === 1 && view.objects[0].sets ? ` · ${view.objects[0].sets[view.objects[0].level].length} spheres` : '');
     slider.setAttribute('aria-valuetext', output.textContent);
     const one = view.objects.length === 1 ? view.objects[0] : null, heats = view.look === 'mesh' || view.look === 'heat';
-    const all = view.objects.map(object => object.most || 0), digits = value => value.toPrecision(3) + ' mm';
-    const low = all.reduce((a, b) => Math.min(a, b), Infinity), high = all.reduce((a, b) => Math.max(a, b), 0);
+    const all = view.objects.filter(object => object.shown).map(object => object.most || 0), digits = value => value.toPrecision(3) + ' mm';
+    const low = all.length ? Math.min(...all) : 0, high = all.reduce((a, b) => Math.max(a, b), 0);
     own.parentElement.hidden = Boolean(one);
     most.textContent = one || low === high || !view.ownScale ? digits(high) : `${digits(low)} to ${digits(high)}`;
     box.querySelector('.legend').hidden = !view.objects.length;

@@ -4,7 +4,8 @@
 // transform reverses the winding. Parts are named after nodes, or after meshes if the node has no name; instances
 // (EXT_mesh_gpu_instancing) have their number appended. Skins are in their rest pose, and morph
 // targets have the weights of the file. Hidden nodes (KHR_node_visibility) are left out. EXT_meshopt_compression and
-// KHR_draco_mesh_compression are decoded. Points, lines, materials and animations are ignored.
+// KHR_draco_mesh_compression are decoded. Of materials only
+// the base colour is read. Points, lines and animations are ignored.
 #pragma once
 
 #include <filesystem>

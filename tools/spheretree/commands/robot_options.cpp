@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "commands/robot_input.h"
+#include "commands/robot_options.h"
+
+#include "robot/robot_shapes.h"
 
 namespace spheretree::tool {
 
-void addRobotInput(CLI::App& app, RobotInput& input) {
+void addRobotInput(CLI::App& app, robot::RobotInput& input) {
   app.add_option("--package", input.packages,
                  "Folder to search for package:// and model://, before the folders above the URDF, ROS_PACKAGE_PATH and "
                  "AMENT_PREFIX_PATH; or NAME=FOLDER, the folder of the package NAME; may be given again; default: none")
@@ -14,16 +16,6 @@ void addRobotInput(CLI::App& app, RobotInput& input) {
 
 std::string unitFault(const std::string& text) {
   return robot::linkUnit(text) ? "" : text + " is neither mm, cm, m or in, nor PATTERN=UNIT with one of these";
-}
-
-RobotWithShapes readRobot(const RobotInput& input, const builder::Progress& progress) {
-  std::vector<robot::LinkUnit> units;
-  for (const std::string& text : input.units) units.push_back(*robot::linkUnit(text));
-  RobotWithShapes out;
-  out.robot = robot::readUrdf(input.urdf, robot::packagePaths(input.packages),
-                              input.is_visual ? robot::ShapeSource::Visual : robot::ShapeSource::Collision);
-  out.shapes = robot::readShapes(out.robot, units, progress);
-  return out;
 }
 
 }  // namespace spheretree::tool
