@@ -47,9 +47,8 @@ Worst worstOf(const TriangleMesh& mesh, Surface surface) {
 TEST(SmoothSurfaceOfMesh, FollowsASphere) {
   const auto surface = [](const Vector3d& p) { return std::array<Vector3d, 2>{5 * p.normalized(), p.normalized()}; };
   const Worst coarse = worstOf(test::sphereMesh(5, 3), surface), fine = worstOf(test::sphereMesh(5, 4), surface);
-  EXPECT_LT(fine.corner, 0.02);
-  EXPECT_LT(fine.middle, 0.005);  // the middle of an edge of the mesh is up to 0.05 inside
-  EXPECT_LT(fine.corner, 0.6 * coarse.corner);
+  EXPECT_LT(fine.corner, 0.003);
+  EXPECT_LT(fine.middle, 5e-4);  // the middle of an edge of the mesh is up to 0.05 inside
   EXPECT_LT(fine.middle, 0.3 * coarse.middle);
 }
 
