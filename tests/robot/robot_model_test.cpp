@@ -39,8 +39,8 @@ TEST_F(RobotModel, AJointIsReadOnlyForWhatItsTypeHas) {
   EXPECT_NO_THROW(read(armUrdf("", "<limit lower=\"x\"/><mimic/>", "planar")));
 }
 
-// The tool is 1 m above the base, turned by a right angle about x. The finger is 0.2 m along the tool's y axis, which is
-// then z, and shifted by 0.05 m along x by the offset of its mimic.
+// The tool is 1 m above the base, turned by a right angle about x. The finger is 0.2 m along the tool's y axis, which
+// is then z, and shifted by 0.05 m along x by the offset of its mimic.
 TEST_F(RobotModel, AtZeroEveryLinkIsWhereItsJointsPutIt) {
   const Robot robot = read(
       "<robot name=\"r\"><link name=\"finger\"/><link name=\"base\"/><link name=\"tool\"/>"
