@@ -173,7 +173,7 @@ with tempfile.TemporaryDirectory() as name:
 print(f"| spheres of each of {len(meshes)} links | " + " | ".join(WAYS) + " |")
 print("|---|" + "---|" * len(WAYS))
 for i, n in enumerate(COUNTS):
-    print(f"| {n} | " + " | ".join(f"{bare[way][i]:.0f} % uncovered, {overhang[way][i] if overhang[way][i] > 1.01 * FLOOR else 0:.2g} mm" for way in WAYS) + " |")
+    print(f"| {n} | " + " | ".join(f"{bare[way][i]:.0f} % uncovered, {float(f'{overhang[way][i]:.2g}') if overhang[way][i] > 1.01 * FLOOR else 0:g} mm" for way in WAYS) + " |")
 print("\nspheres with a volume: " + "; ".join(way + " " + ", ".join(f"{c:.0f}" for c in counts[way]) for way in WAYS))
 if len(sys.argv) > 2:
     chart(sys.argv[2], bare, overhang)
