@@ -362,6 +362,9 @@ TEST(StartPose, TheHandBeginsOverAFirstMolarWhereTheToolHasRoom) {
   EXPECT_EQ(open->crown, Eigen::Vector3d(0, 0, 5));
   EXPECT_EQ(open->pose.position, Eigen::Vector3d(0, 0, 7));
   EXPECT_LT(displacementBetween(open->pose, {{0, 0, 7}, kLevel}).rotation.norm(), 1e-12);
+  stage.reference_point = {3, 0, 8};  // beside the shaft, whose end is to be over the tooth
+  EXPECT_LT((startOverTooth(stage)->pose.position - Eigen::Vector3d(3, 0, 7 + 0.5 + 8)).norm(), 1e-9);
+  stage.reference_point.setZero();
   stage.objects.push_back({3, {{0, 0, 20}, kLevel}});  // where the shaft would be
   const auto covered = startOverTooth(stage);
   ASSERT_TRUE(covered);

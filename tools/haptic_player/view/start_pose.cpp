@@ -32,6 +32,19 @@ std::string toothName(int fdi) {
 
 Vector3d centreOf(const view::Ball& ball) { return {ball.x, ball.y, ball.z}; }
 
+/// The point of the tool, relative to its reference point, that is to be over the tooth, at this orientation: the
+/// reference point, or the point that is lowest towards -`out` where the reference point lies beside the tool.
+Vector3d touchingPoint(const view::Stage& stage, const Quaternion& orientation, const Vector3d& out) {
+  Vector3d lowest = Vector3d::Zero();
+  if (stage.toolMark() == lowest) return lowest;
+  double height = std::numeric_limits<double>::infinity();
+  for (const view::Ball& leaf : stage.bodies[*stage.tool].levels.back()) {
+    const Vector3d at = orientation * (centreOf(leaf) - stage.reference_point) - static_cast<double>(leaf.radius) * out;
+    if (at.dot(out) < height) height = at.dot(out), lowest = at;
+  }
+  return lowest;
+}
+
 /// Whether the tool at this pose of its reference point is at least kFree from all leaves.
 bool isFree(const view::Stage& stage, const Configuration& pose) {
   for (const view::PlacedObject& object : stage.objects) {
@@ -94,7 +107,8 @@ std::optional<StartOverTooth> startOverTooth(const view::Stage& stage) {
         const double azimuth = kQuarter / 2 * (tilt - 1);
         const Vector3d axis(std::cos(azimuth), std::sin(azimuth), 0);
         const Quaternion inclined = tilt == 0 ? Quaternion(1, 0, 0, 0) : rotationOf(std::numbers::pi / 3 * axis);
-        const Configuration pose{crown + kAbove * out, upright * inclined * rotationOf({0, 0, kQuarter * roll})};
+        const Quaternion orientation = upright * inclined * rotationOf({0, 0, kQuarter * roll});
+        const Configuration pose{crown + kAbove * out - touchingPoint(stage, orientation, out), orientation};
         if (isFree(stage, pose)) return StartOverTooth{pose, crown};
       }
   }

@@ -152,7 +152,7 @@ std::vector<FigureLine> objectFigures(const Pane& pane, std::size_t object) {
     add("force on the tool", "%.2f N", force.norm());
     if (pane.state.step.touched == object) add("penetration", "%.1f um", 1000 * pane.state.step.penetration);
   } else if (const auto gap = gapToObject(*pane.stage, shownState(pane), object)) {
-    add("leaves of the tool at", "%.2f mm", *gap);
+    add("distance to the tool", "%.2f mm", *gap);
   }
   return out;
 }
