@@ -17,8 +17,8 @@ class SceneTuner {
   /// proportional to the stiffness, changes by no larger share.
   static constexpr double kShare = 0.02;
 
-  /// Prepares `scene` for workspaces that are made after this, so that friction can be added to it. `scene` must outlive
-  /// the object and be stepped by no other workspace.
+  /// Prepares `scene` for workspaces that are made after this, so that friction can be added to it. `scene` must
+  /// outlive the object and be stepped by no other workspace.
   explicit SceneTuner(runtime::CompiledScene& scene);
   /// Call it before each step, in the thread of the steps. No allocation.
   void tune(const view::SettingWishes& wishes) noexcept;

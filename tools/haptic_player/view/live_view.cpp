@@ -65,6 +65,7 @@ void RunShown::update(TissueMotion* tissue) {
   const std::uint64_t tick = shown.state.step.tick;
   if (shown.state.restarts != restarts_) {
     restarts_ = shown.state.restarts;
+    rumble.clear();
     faults_so_far_ = 0;
     times_due_ = 0;
   }

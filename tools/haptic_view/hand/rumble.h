@@ -21,7 +21,7 @@ class RumbleSignal {
  public:
   static constexpr double kFull = 1;      // a change by this, faster than kTime, is full strength [N]
   static constexpr double kTime = 0.02;   // a change within this time is felt as one event [s]
-  static constexpr double kDecay = 0.08;  // half of this after its end the motor is at 1 / sqrt(e) [s]
+  static constexpr double kDecay = 0.08;  // afterwards the strength falls to 1 / e in this time [s]
   void add(const Eigen::Vector3d& force, double step_seconds);
   RumbleStrength strength() const;
   void clear() { *this = {}; }
@@ -52,8 +52,8 @@ class Rumble {
   bool isOpen() const { return file_ >= 0; }
   /// Why it is not open, and what to do.
   const std::string& fault() const { return fault_; }
-  /// Call it about 30 times a second. If the calls end, the motors stop after kHold. After an error of the device (it was
-  /// unplugged) it is closed.
+  /// Call it about 30 times a second. If the calls end, the motors stop after kHold. After an error of the device (it
+  /// was unplugged) it is closed.
   void set(const RumbleStrength& strength);
 
   static constexpr int kHold = 200;  // [ms]

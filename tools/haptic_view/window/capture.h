@@ -28,8 +28,8 @@ class FilmWriter {
   /// is behind.
   bool wants(double time) const;
   void add(double time, Picture picture);
-  /// Waits for the last frame. Returns a sentence: how many frames, where, and the command that makes a film of them; or
-  /// what failed.
+  /// Waits for the last frame. Returns a sentence: how many frames, where, and the command that makes a film of them;
+  /// or what failed.
   std::string finish();
   const std::filesystem::path& folder() const { return folder_; }
 
