@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <ctime>
+#include <utility>
 
 #include "spheretree/device/emergency_stop.h"
 
@@ -40,9 +42,13 @@ void Device::start(Renderer& renderer, const SafetySettings& safety, Clock clock
     throw DeviceError(DeviceFault::Refused, info_.model + " has a clock of its own and cannot be stepped: use the real clock");
   if (const std::string fault = findFault(safety); !fault.empty()) throw DeviceError(DeviceFault::Refused, "safety settings: " + fault);
   renderer_ = &renderer;
-  safety_ = Safety(narrowed(safety, info_));
+  safety_settings_ = narrowed(safety, info_);
+  safety_ = Safety(safety_settings_);
   clock_ = clock;
-  stop_ = rearm_ = false;
+  stop_ = rearm_ = restart_ = restarted_ = false;
+  pace_ = 1;
+  single_steps_ = waited_ = 0;
+  first_tick_ = 0;
   fault_ = DeviceFault::None;
   vendor_code_ = 0;
   ticks_ = late_ticks_ = 0;
@@ -60,7 +66,41 @@ void Device::start(Renderer& renderer, const SafetySettings& safety, Clock clock
   started_ = true;
 }
 
-bool Device::step() noexcept { return started_ && clock_ == Clock::Stepped && advanceOnce(); }
+bool Device::step() noexcept {
+  if (!started_ || clock_ != Clock::Stepped) return false;
+  return isDue() ? advanceOnce() : phase_.load(std::memory_order_relaxed) == Phase::Running;
+}
+
+bool Device::setPace(std::uint32_t periods) noexcept {
+  if (hasOwnClock() && periods > 1) return false;
+  if (periods > 0) single_steps_ = 0;
+  pace_ = periods;
+  return true;
+}
+
+bool Device::stepOnce() noexcept {
+  if (hasOwnClock()) return false;
+  ++single_steps_;
+  return true;
+}
+
+bool Device::restart() noexcept {
+  if (hasOwnClock()) return false;
+  restart_ = true;
+  return true;
+}
+
+/// Whether the period that begins now has a servo step.
+bool Device::isDue() noexcept {
+  const std::uint32_t pace = pace_.load(std::memory_order_relaxed);
+  ++waited_;
+  // An emergency stop must reach Phase::Halted, which a step does.
+  if ((pace > 0 && waited_ >= pace) || restart_.load(std::memory_order_relaxed) || EmergencyStop::requested()) return true;
+  std::uint32_t singles = single_steps_.load(std::memory_order_relaxed);
+  while (singles > 0)
+    if (single_steps_.compare_exchange_weak(singles, singles - 1)) return true;
+  return false;
+}
 
 void Device::stop() noexcept {
   if (!started_) return;
@@ -82,7 +122,9 @@ DeviceStatus Device::status() const noexcept {
 }
 
 Wrench Device::tick(DeviceState state) noexcept {
-  state.tick = ticks_.load(std::memory_order_relaxed);
+  const bool is_paused = pace_.load(std::memory_order_relaxed) == 0 && hasOwnClock();
+  state.tick = ticks_.load(std::memory_order_relaxed) - first_tick_;
+  state.restarted = std::exchange(restarted_, false);
   state.time = clock_ == Clock::Real ? static_cast<double>(nowNs() - started_ns_) * 1e-9 : static_cast<double>(state.tick) * kServoPeriod;
   if (state.time - last_time_ > 2 * kServoPeriod) late_ticks_.fetch_add(1, std::memory_order_relaxed);
   last_time_ = state.time;
@@ -90,8 +132,12 @@ Wrench Device::tick(DeviceState state) noexcept {
   if (EmergencyStop::requested()) safety_.emergencyStop();
   state.added = safety_.passivity().added();
   state.debt = safety_.passivity().debt();
-  const Wrench wrench = safety_.limit(state, renderer_->render(state));
-  ticks_.fetch_add(1, std::memory_order_relaxed);
+  if (is_paused) state.released = true;  // forces then return gently
+  Wrench wrench = safety_.limit(state, is_paused ? Rendered() : renderer_->render(state));
+  if (is_paused)
+    wrench = {};
+  else
+    ticks_.fetch_add(1, std::memory_order_relaxed);
   safety_bits_.store(safety_.events(), std::memory_order_relaxed);
   safety_so_far_.fetch_or(safety_.events(), std::memory_order_relaxed);
   if (safety_.events() & kEmergencyStop) finish(Phase::Halted);
@@ -108,6 +154,17 @@ void Device::finish(Phase phase, DeviceFault fault, std::int32_t vendor_code) no
 
 bool Device::advanceOnce() noexcept {
   if (phase_.load(std::memory_order_relaxed) != Phase::Running) return false;
+  if (restart_.exchange(false)) {
+    rewind();
+    safety_ = Safety(safety_settings_);
+    first_tick_ = ticks_.load(std::memory_order_relaxed);
+    started_ns_ = nowNs();
+    last_time_ = 0;
+    restarted_ = true;
+  } else if (waited_ > 1 && clock_ == Clock::Real) {  // the time of the periods without a step does not count
+    started_ns_ = nowNs() - std::llround(1e9 * last_time_) - kPeriodNs;
+  }
+  waited_ = 0;
   if (advance()) return true;
   finish(Phase::Ended);
   return false;
@@ -115,7 +172,7 @@ bool Device::advanceOnce() noexcept {
 
 void Device::runRealTime() noexcept {
   std::int64_t due = nowNs();
-  while (!stop_.load(std::memory_order_relaxed) && advanceOnce()) {
+  while (!stop_.load(std::memory_order_relaxed) && (!isDue() || advanceOnce())) {
     due += kPeriodNs;
     const std::int64_t late = nowNs() - due;
     if (late < 0) {

@@ -85,10 +85,10 @@ SimulatedDevice::SimulatedDevice(const SimulatedSettings& settings) : settings_(
            .max_torque = settings_.max_torque,
            .continuous_torque = settings_.continuous_torque,
            .delay = settings_.delay};
-  begin(Clock::Stepped);
+  SimulatedDevice::rewind();
 }
 
-void SimulatedDevice::begin(Clock) {
+void SimulatedDevice::rewind() noexcept {
   const Configuration first = settings_.path(0);
   handle_ = motor_ = {first.position};
   orientation_ = home_ = first.orientation.normalized();

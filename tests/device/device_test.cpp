@@ -92,5 +92,75 @@ TEST(Device, LimitsAreNarrowedToThoseOfTheDevice) {
   EXPECT_NEAR(device.actuated().torque.norm(), 10, 0.01);
 }
 
+TEST(Device, SlowMotionTakesTheSameStepsLessOften) {
+  ReplayDevice device(test::somePoses(60));
+  Answer renderer;
+  device.start(renderer, {}, Clock::Stepped);
+  ASSERT_TRUE(device.setPace(4));
+  for (int period = 0; period < 40; ++period) EXPECT_TRUE(device.step());
+  ASSERT_EQ(renderer.seen.size(), 10u);
+  for (std::size_t n = 0; n < 10; ++n) EXPECT_NEAR(renderer.seen[n].time, static_cast<double>(n) * kServoPeriod, 1e-12);
+  ASSERT_TRUE(device.setPace(0));
+  for (int period = 0; period < 40; ++period) EXPECT_TRUE(device.step());
+  EXPECT_EQ(renderer.seen.size(), 10u) << "a pause takes no step";
+  for (int n = 0; n < 3; ++n) ASSERT_TRUE(device.stepOnce());
+  for (int period = 0; period < 40; ++period) device.step();
+  EXPECT_EQ(renderer.seen.size(), 13u);
+  ASSERT_TRUE(device.setPace(1));
+  while (device.step()) {
+  }
+  EXPECT_EQ(renderer.seen.size(), 60u);
+  for (std::size_t n = 0; n < 60; ++n) EXPECT_EQ(renderer.seen[n].tick, n);
+  EXPECT_EQ(device.status().late_ticks, 0u);
+}
+
+TEST(Device, APauseOfTheRealClockHasNoLength) {
+  SimulatedDevice device({});
+  Answer renderer;
+  renderer.seen.reserve(100'000);
+  device.start(renderer, {}, Clock::Real);
+  const auto waitFor = [&](std::uint64_t ticks) {
+    while (device.status().ticks < ticks) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  };
+  waitFor(5);
+  ASSERT_TRUE(device.setPace(0));
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));  // the step that runs now ends
+  const std::uint64_t before = device.status().ticks, late = device.status().late_ticks;
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  EXPECT_EQ(device.status().ticks, before);
+  ASSERT_TRUE(device.stepOnce());
+  waitFor(before + 1);
+  device.stop();
+  ASSERT_EQ(renderer.seen.size(), before + 1);
+  EXPECT_LT(renderer.seen[before].time - renderer.seen[before - 1].time, 0.3);
+  EXPECT_LE(device.status().late_ticks, late + 1);
+  EXPECT_EQ(device.status().phase, Phase::Stopped);
+}
+
+TEST(Device, ARestartIsAStart) {
+  SimulatedSettings settings;
+  settings.path = [](double t) { return Configuration{{5 * t, 0, -2 * t}, {1, 0, 0, 0}}; };
+  SimulatedDevice device(settings);
+  Answer renderer;
+  renderer.answer = [](const DeviceState& state) { return Rendered{{{0, 0, -0.1 * state.handle.position.z()}, {0, 0, 0}}, 0, false}; };
+  device.start(renderer, {}, Clock::Stepped);
+  for (int n = 0; n < 300; ++n) device.step();
+  ASSERT_TRUE(device.setPace(0));
+  ASSERT_TRUE(device.restart());
+  for (int n = 0; n < 10; ++n) device.step();
+  ASSERT_EQ(renderer.seen.size(), 301u) << "the first step is taken in a pause, too";
+  ASSERT_TRUE(device.setPace(1));
+  for (int n = 1; n < 300; ++n) device.step();
+  ASSERT_EQ(renderer.seen.size(), 600u);
+  for (std::size_t n = 0; n < 300; ++n) {
+    const DeviceState &first = renderer.seen[n], &again = renderer.seen[300 + n];
+    ASSERT_EQ(first.handle.position, again.handle.position) << n;
+    ASSERT_EQ(first.time, again.time);
+    ASSERT_EQ(again.restarted, n == 0);
+    ASSERT_FALSE(first.restarted);
+  }
+  EXPECT_EQ(device.status().ticks, 600u);
+}
+
 }  // namespace
 }  // namespace spheretree::device

@@ -38,6 +38,26 @@ TEST_F(PhantomDevice_, ReportsItsProperties) {
   EXPECT_THROW(device.start(renderer, safety, Clock::Stepped), DeviceError);
 }
 
+TEST_F(PhantomDevice_, APauseIsZeroForceAndEndsGently) {
+  PhantomDevice device(phantom);
+  Constant renderer;
+  device.start(renderer, safety, Clock::Real);
+  fake().step(50);
+  EXPECT_FALSE(device.setPace(2)) << "a hand does not slow down";
+  EXPECT_FALSE(device.stepOnce());
+  EXPECT_FALSE(device.restart());
+  ASSERT_TRUE(device.setPace(0));
+  const std::uint64_t before = device.status().ticks;
+  fake().step(50);
+  EXPECT_EQ(device.status().ticks, before) << "the renderer is not called";
+  for (long n = 50; n < 100; ++n) EXPECT_EQ(asked(n), Eigen::Vector3d(0, 0, 0)) << n;
+  EXPECT_TRUE(device.status().safety & kReleased);
+  ASSERT_TRUE(device.setPace(1));
+  fake().step(1);
+  EXPECT_EQ(device.status().ticks, before + 1);
+  EXPECT_TRUE(device.status().safety & kStartGuard);
+}
+
 TEST_F(PhantomDevice_, TriesTheDefaultNameWhereTheNullNameFails) {
   settings.null_name_fails = true;
   reset();

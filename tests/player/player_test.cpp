@@ -34,6 +34,7 @@
 #include "support/count_allocations.h"
 #include "support/scratch_folder.h"
 #include "support/shape_trees.h"
+#include "view/start_pose.h"
 
 namespace spheretree::player {
 namespace {
@@ -221,6 +222,158 @@ runtime::SceneDescription teethAndGum() {
     if (tooth.name >= "tooth_45") d.objects.push_back({treeOf(tooth.mesh), {}});
   d.objects.push_back({treeOf(mouth.lower_jaw), {}});
   return d;
+}
+
+/// After a restart of the device the same poses give the same steps, from tick 0 on.
+TEST(ServoLoop, ARestartBeginsTheRunAgain) {
+  const runtime::Scene scene = ballOnPlate();
+  view::LiveStreams live;
+  ServoLoop loop(scene, nullptr, {}, &live);
+  device::ReplayDevice replay(pathOverPlate(1000));
+  replay.start(loop, {}, device::Clock::Stepped);
+  for (int n = 0; n < 700; ++n) replay.step();
+  ASSERT_TRUE(replay.restart());
+  for (int n = 0; n < 700; ++n) replay.step();
+  std::vector<RecordedStep> rows;
+  live.steps.drain([&](const RecordedStep& row) { rows.push_back(row); });
+  ASSERT_EQ(rows.size(), 1400u);
+  double force = 0;
+  for (std::size_t n = 0; n < 700; ++n) {
+    ASSERT_EQ(rows[700 + n].tick, n);
+    ASSERT_EQ(rows[700 + n].graphic.position, rows[n].graphic.position);
+    ASSERT_EQ(rows[700 + n].wrench.force, rows[n].wrench.force);
+    force = std::max(force, rows[n].wrench.force.norm());
+  }
+  EXPECT_GT(force, 0.5);
+  ASSERT_TRUE(live.state.refresh());
+  EXPECT_EQ(live.state.front().restarts, 1u);
+}
+
+/// A loop whose hand presses the ball 0.8 mm into the plate.
+struct Pressed {
+  runtime::Scene scene = ballOnPlate();
+  view::LiveStreams live;
+  ServoLoop loop{scene, nullptr,
+                 [this] {
+                   ServoLoop::Options o;
+                   o.tuned = &scene;
+                   return o;
+                 }(),
+                 &live};
+  RecordedStep row;
+  void step(const Eigen::Vector3d& position) {
+    device::DeviceState state;
+    state.handle = {position, kLevel};
+    loop.render(state);
+    live.state.refresh();
+    row = live.state.front().step;
+  }
+  double forceAt(const Eigen::Vector3d& position) {
+    step(position);
+    return row.wrench.force.norm();
+  }
+};
+
+TEST(ServoLoop, ASliderOfStiffnessChangesTheForceWithoutAJump) {
+  Pressed pressed;
+  const Eigen::Vector3d in(0, 0, 1.7), above(0, 0, 6);
+  pressed.step(above);
+  for (int n = 0; n < 200; ++n) pressed.step(in);
+  const double before = pressed.forceAt(in);
+  ASSERT_GT(before, 0.3);
+  pressed.live.settings.stiffness = 2.5;
+  double last = before;
+  for (int n = 0; n < 800; ++n) {
+    const double force = pressed.forceAt(in);
+    ASSERT_LE(std::abs(force - last), 1.05 * SceneTuner::kShare * 1.5 * before) << n;
+    last = force;
+  }
+  EXPECT_NEAR(last, 2.5 * before, 1e-3 * before);
+  EXPECT_NEAR(pressed.scene.coupling().rotation, 2500, 1e-9);
+  pressed.live.settings.stiffness = std::numeric_limits<double>::quiet_NaN();
+  for (int n = 0; n < 800; ++n) pressed.step(in);
+  EXPECT_EQ(pressed.scene.coupling().translation, 1) << "as the scene says, to the bit";
+  EXPECT_EQ(pressed.scene.coupling().rotation, 1000);
+  EXPECT_NEAR(pressed.forceAt(in), before, 1e-6);
+}
+
+TEST(ServoLoop, ASliderOfFrictionHoldsTheToolWhereItSlid) {
+  Pressed pressed;
+  const runtime::Scene plain = ballOnPlate();
+  runtime::Workspace workspace(plain);
+  const auto at = [](int n) { return Eigen::Vector3d(0.001 * n, 0, 1.7); };
+  pressed.step({0, 0, 6});
+  runtime::step(plain, {{0, 0, 6}, kLevel}, runtime::Mode::Constrained, workspace);
+  for (int n = 0; n < 500; ++n) {
+    pressed.step(at(n));
+    ASSERT_EQ(pressed.row.wrench.force, runtime::step(plain, {at(n), kLevel}, runtime::Mode::Constrained, workspace).wrench.force)
+        << "a loop that could have friction, but has none, is one without friction";
+  }
+  pressed.live.settings.friction = 0.5;
+  for (int n = 500; n < 2000; ++n) pressed.step(at(n));
+  const double normal = std::abs(pressed.row.wrench.force.z());
+  EXPECT_NEAR(pressed.row.friction, 0.5 * normal, 0.02 * normal);
+  pressed.live.settings.friction = 0;
+  for (int n = 2000; n < 3000; ++n) pressed.step(at(n));
+  EXPECT_EQ(pressed.row.friction, 0);
+}
+
+TEST(ServoLoop, TheModeChangesWhereNothingIsTouched) {
+  Pressed pressed;
+  pressed.step({0, 0, 6});
+  for (int n = 0; n < 200; ++n) pressed.step({0, 0, 1.7});
+  pressed.live.settings.other_mode = true;
+  for (int n = 0; n < 200; ++n) {
+    pressed.step({0, 0, 1.7});
+    ASSERT_EQ(pressed.loop.mode(), runtime::Mode::Constrained);
+  }
+  for (int n = 0; n < 800; ++n) pressed.step({0, 0, 1.7 + 0.01 * n});
+  EXPECT_EQ(pressed.loop.mode(), runtime::Mode::Published)
+      << pressed.row.wrench.force.transpose() << " N, " << pressed.row.wrench.torque.transpose() << " N mm";
+}
+
+view::Body ballBody(const char* name, double radius) {
+  view::Body body;
+  body.name = name;
+  body.levels = {{view::Ball{0, 0, 0, static_cast<float>(radius), {}}}};
+  body.box = Eigen::AlignedBox3d(Eigen::Vector3d::Constant(-radius), Eigen::Vector3d::Constant(radius));
+  readTooth(body);
+  return body;
+}
+
+TEST(StartPose, NamesOfTeethAreRead) {
+  EXPECT_EQ(ballBody("tooth_46", 1).meaning, "FDI 46: lower right first molar");
+  EXPECT_EQ(ballBody("Tooth.21", 1).meaning, "FDI 21: upper left central incisor");
+  EXPECT_EQ(ballBody("tooth_85", 1).meaning, "FDI 85: lower right deciduous second molar");
+  EXPECT_TRUE(ballBody("molar", 1).is_tooth);
+  EXPECT_EQ(ballBody("molar", 1).meaning, "");
+  EXPECT_FALSE(ballBody("link_11", 1).is_tooth) << "a number alone is no tooth";
+}
+
+TEST(StartPose, TheHandBeginsOverAFirstMolarWhereTheToolHasRoom) {
+  view::Stage stage;
+  stage.bodies = {ballBody("tool", 0.5), ballBody("tooth_41", 4), ballBody("tooth_46", 5), ballBody("face", 9)};
+  for (int k = 1; k < 12; ++k) stage.bodies[0].levels.back().push_back({0, 0, static_cast<float>(k), 0.5f, {}});  // a shaft
+  stage.bodies[0].box = Eigen::AlignedBox3d(Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(1, 1, 12));
+  stage.tool = 0;
+  stage.objects = {{1, {{20, 0, 0}, kLevel}}, {2, {}}};
+  const auto open = startOverTooth(stage);
+  ASSERT_TRUE(open);
+  EXPECT_EQ(open->crown, Eigen::Vector3d(0, 0, 5));
+  EXPECT_EQ(open->pose.position, Eigen::Vector3d(0, 0, 7));
+  EXPECT_LT(displacementBetween(open->pose, {{0, 0, 7}, kLevel}).rotation.norm(), 1e-12);
+  stage.reference_point = {3, 0, 8};  // beside the shaft, whose end is to be over the tooth
+  EXPECT_LT((startOverTooth(stage)->pose.position - Eigen::Vector3d(3, 0, 7 + 0.5 + 8)).norm(), 1e-9);
+  stage.reference_point.setZero();
+  stage.objects.push_back({3, {{0, 0, 20}, kLevel}});  // where the shaft would be
+  const auto covered = startOverTooth(stage);
+  ASSERT_TRUE(covered);
+  EXPECT_EQ(covered->crown, open->crown);
+  EXPECT_GT(displacementBetween(covered->pose, open->pose).rotation.norm(), 0.5);
+  stage.objects.push_back({3, {{0, 0, 9}, kLevel}});  // no room at all: another tooth
+  EXPECT_EQ(startOverTooth(stage)->crown, Eigen::Vector3d(20, 0, 4));
+  stage.objects = {{3, {}}};
+  EXPECT_FALSE(startOverTooth(stage));
 }
 
 TEST(ServoLoop, AllocatesNothingInTheMouth) {

@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <thread>
+#include <vector>
 
 #include "support/shape_trees.h"
 #include "support/soft_block.h"
@@ -78,6 +80,37 @@ TEST(TissueMotion, AThreadOfItsOwnComesToTheSameForce) {
   }
   EXPECT_GT(a.wrench.force.z(), 0.03);
   EXPECT_NEAR(b.wrench.force.z(), a.wrench.force.z(), 0.05 * a.wrench.force.z());
+}
+
+TEST(TissueMotion, ARestartBeginsAtTheShapeAtRest) {
+  BallOnBlock stepped(TissueMotion::Clock::Stepped);
+  std::vector<Vector3d> first, again;
+  for (std::vector<Vector3d>* forces : {&first, &again}) {
+    for (std::uint64_t tick = 0; tick < 400; ++tick) {
+      stepped.tissue->take(tick, *stepped.workspace);
+      forces->push_back(stepped.to(pathAt(tick)).wrench.force);
+    }
+    runtime::reset(*stepped.workspace);
+    stepped.tissue->restart();
+  }
+  EXPECT_EQ(first, again);
+  EXPECT_GT(first.back().z(), 0.01);
+
+  BallOnBlock real(TissueMotion::Clock::Real);
+  std::uint32_t states = 0;
+  for (std::uint64_t tick = 0; states < 20; ++tick) states = real.tissue->take(tick, *real.workspace), (void)real.to(pathAt(400));
+  runtime::reset(*real.workspace);
+  real.tissue->restart();  // while the solver is busy: it takes effect when the solver is done
+  const auto isBent = [&] {
+    const std::vector<Eigen::Vector3f>& shape = real.tissue->shapes()[1];
+    return std::any_of(shape.begin(), shape.end(), [](const Eigen::Vector3f& u) { return u != Eigen::Vector3f(0, 0, 0); });
+  };
+  for (std::uint64_t tick = 0; tick < 20'000 && isBent(); ++tick) {
+    states = real.tissue->take(tick, *real.workspace);
+    (void)real.to({12, 10, 40});
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_FALSE(isBent());
 }
 
 TEST(TissueMotion, TissueThatNothingTouchesCostsNothing) {

@@ -67,7 +67,7 @@ def screen(text, columns):
     return [line.rstrip() for line in lines], wraps
 
 
-PROGRESS = re.compile(r"\d %  \d|\[#|^ *(read|check|distances|balls|cover|certify|hierarchy|medial axis)  +[0-9.]+ s")
+PROGRESS = re.compile(r"\d %  \d|^ *[0-9.]+ s  (force|late)|\[#|^ *(read|check|distances|balls|cover|certify|hierarchy|medial axis)  +[0-9.]+ s")
 
 
 def trial(words, columns, term, cwd):
@@ -115,7 +115,11 @@ def main():
         result = subprocess.run([spheretree, "build", "torus.obj", "-o", "a.stree", "--quality", "quick"], cwd=folder, capture_output=True, text=True)
         if result.stderr:
             failures.append(f"progress although stderr is no terminal: {result.stderr!r}")
-        trial([player, "out/scene.json", "--seconds", "1.2"], 80, "xterm", folder)
+        for columns in (10, 40, 80):
+            trial([player, "out/scene.json", "--seconds", "1.2", "--json"], columns, "xterm", folder)
+        written = on_terminal([player, "out/scene.json", "--seconds", "1.2", "-q"], 80, "xterm", folder)[0]
+        if b"force" in written.split(b"step time")[0]:
+            failures.append("-q shows the status line")
     for failure in failures:
         print("FAILED:", failure)
     return 1 if failures else 0

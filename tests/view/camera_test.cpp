@@ -30,6 +30,22 @@ TEST(Camera, FixedViewsLookAlongTheAxes) {
   }
 }
 
+TEST(Camera, TheYAxisPointsUpWhereItShould) {
+  Camera camera;
+  camera.y_up = true;
+  camera.lookFrom(1);  // glTF: the front of a model looks along z
+  EXPECT_LT((camera.towardsEye() - Vector3d(0, 0, 1)).norm(), 1e-12);
+  EXPECT_LT((camera.up() - Vector3d(0, 1, 0)).norm(), 1e-12);
+  EXPECT_LT((camera.right() - Vector3d(1, 0, 0)).norm(), 1e-12);
+  for (const bool y_up : {false, true}) {
+    camera.y_up = y_up;
+    camera.lookFrom(Vector3d(1, -2, 3));
+    EXPECT_LT((camera.towardsEye() - Vector3d(1, -2, 3).normalized()).norm(), 1e-12);
+    EXPECT_GT(camera.up()[y_up ? 1 : 2], 0);
+    EXPECT_NEAR(camera.right()[y_up ? 1 : 2], 0, 1e-12);
+  }
+}
+
 TEST(Camera, PixelsAndRaysAreInverse) {
   Camera camera;
   camera.target = {3, -2, 7};

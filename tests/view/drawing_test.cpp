@@ -6,12 +6,17 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <functional>
 #include <memory>
+#include <set>
 
 #include "draw/offscreen.h"
 #include "draw/scene_drawer.h"
+#include "panel/controls.h"
 #include "panel/viewer.h"
+#include "support/scratch_folder.h"
+#include "window/capture.h"
 #include "window/picture_maker.h"
 
 namespace spheretree::view {
@@ -262,7 +267,7 @@ class WholeFrame : public Drawing {
     interface_ = std::make_unique<Interface>(1);
     viewer_ = std::make_unique<Viewer>(context_->gl(), *interface_, state_);
     canvas_ = std::make_unique<Canvas>(context_->gl(), 800, 600);
-    state_.camera = firstCamera(stage_, Vector3d(0, 0, 0), layoutOf(state_, 800, 600, 1).panes[0]);
+    state_.camera = firstCamera(stage_, Configuration(), layoutOf(state_, 800, 600, 1).panes[0]);
     frame();
   }
   void frame(double seconds = 0.02) {
@@ -352,9 +357,105 @@ TEST_F(WholeFrame, KeysChooseViewThemeAndGeometry) {
   EXPECT_LT((state_.camera.target - Vector3d(0, 0, 0)).norm(), 1e-9);
 }
 
-TEST_F(WholeFrame, SpaceFreezesPlotsOrStopsAReplay) {
+TEST_F(WholeFrame, KeysPauseSlowAndRestartALiveRun) {
   stroke(32);
+  EXPECT_FALSE(state_.course.is_paused) << "not a live run";
+  state_.course.is_live = true;
+  stroke(32);
+  EXPECT_TRUE(state_.course.is_paused);
+  stroke('N');
+  EXPECT_EQ(state_.course.wanted_steps, 1);
+  stroke(32);
+  EXPECT_FALSE(state_.course.is_paused);
+  stroke('N');
+  EXPECT_TRUE(state_.course.is_paused) << "a single step begins a pause";
+  for (int n = 0; n < 9; ++n) stroke('-');
+  EXPECT_EQ(state_.course.slowness, 32);
+  for (int n = 0; n < 9; ++n) stroke('=');
+  EXPECT_EQ(state_.course.slowness, 1);
+  stroke(259);  // Backspace
+  EXPECT_TRUE(state_.course.wants_restart);
+  stroke('Z');
   EXPECT_TRUE(state_.frozen);
+  std::set<std::string> keys;
+  for (const HelpLine& line : helpLines(state_)) EXPECT_TRUE(keys.insert(line.key).second) << line.key << " has two meanings";
+}
+
+TEST_F(WholeFrame, ThePointerNamesAndAClickChoosesAnObject) {
+  const auto pixel = state_.camera.pixelOf({0, 0, -20}, layoutOf(state_, 800, 600, 1).panes[0]);
+  ASSERT_TRUE(pixel);
+  pointer(pixel->x(), pixel->y());
+  EXPECT_EQ(state_.hovered, 0u);
+  const auto figures = objectFigures(state_.panes[0], 0);
+  ASSERT_EQ(figures.size(), 2u);
+  EXPECT_EQ(figures[0].value, "1");  // leaf
+  EXPECT_EQ(figures[1].value, "16.00 mm");
+  EXPECT_FALSE(state_.selected);
+  pointer(pixel->x(), pixel->y(), 0);
+  pointer(pixel->x(), pixel->y());
+  EXPECT_EQ(state_.selected, 0u);
+  EXPECT_EQ(hand_.pose().position, Vector3d(0, 0, 0)) << "a click moves no hand";
+  stroke('G');
+  EXPECT_TRUE(state_.look.isGlass(0));
+  stroke('H');
+  EXPECT_FALSE(state_.look.shows(0));
+  frame();
+  EXPECT_FALSE(state_.hovered) << "hidden";
+  stroke('U');
+  EXPECT_TRUE(state_.look.shows(0));
+  EXPECT_FALSE(state_.look.isGlass(0));
+  pointer(5, 300, 0);
+  pointer(5, 300);
+  EXPECT_FALSE(state_.selected) << "a click beside everything";
+}
+
+TEST_F(Drawing, GlassShowsWhatIsBehindIt) {
+  Stage stage = oneBall({0, 0, 0, 5, {30, 60, 220, 255}});
+  stage.bodies.push_back(stage.bodies[0]);
+  stage.bodies[1].levels = stage.bodies[1].bounds = {{Ball{0, 20, 0, 5, {220, 60, 30, 255}}}};
+  stage.bodies[0].colour = {30, 60, 220, 255};
+  stage.bodies[1].colour = {220, 60, 30, 255};
+  stage.objects.push_back({1, {}});
+  Camera camera;
+  camera.lookFrom(1);
+  camera.frame(Vector3d::Zero(), 12, kViewport);
+  Look look;
+  const auto solid = draw(stage, camera, look, {}).at(kSize / 2, kSize / 2);
+  EXPECT_GT(solid[2], solid[0]);
+  look.glass = {true};
+  const auto glass = draw(stage, camera, look, {}).at(kSize / 2, kSize / 2);
+  EXPECT_GT(glass[0], glass[2]) << "red shows through";
+  EXPECT_GT(glass[2], draw(stage, camera,
+                           [] {
+                             Look l;
+                             l.hidden = {true};
+                             return l;
+                           }(),
+                           {})
+                          .at(kSize / 2, kSize / 2)[2])
+      << "and some blue stays";
+}
+
+TEST_F(Drawing, ScreenshotsAndFilmsReplaceNoFile) {
+  const test::ScratchFolder folder;
+  const Canvas canvas(context_->gl(), 80, 61);
+  context_->gl().ClearColor(1, 0, 0, 1);
+  context_->gl().Clear(GL_COLOR_BUFFER_BIT);
+  std::ofstream(folder.path() / "run-1.png") << "mine";
+  Capture capture(folder.path() / "run.csv");
+  for (int n = 0; n < 2; ++n) EXPECT_NE(capture.take(context_->gl(), 80, 61, true, false).find("run-"), std::string::npos);
+  EXPECT_EQ(std::filesystem::file_size(folder.path() / "run-1.png"), 4u);
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "run-2.png"));
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "run-3.png"));
+  EXPECT_EQ(capture.take(context_->gl(), 80, 61, false, true), "");
+  EXPECT_NE(capture.film(), "");
+  const std::string told = capture.take(context_->gl(), 80, 61, false, true);
+  EXPECT_NE(told.find("1 frames: ffmpeg"), std::string::npos) << told;
+  EXPECT_EQ(capture.film(), "");
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "run-1-film" / "00001.png"));
+}
+
+TEST_F(WholeFrame, SpaceStopsAReplay) {
   Playback playback(5000);
   state_.playback = &playback;
   stroke(32);

@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // From inputs to the intended pose of the hand: hand_input.h, hand_filter.h, space_mouse.h
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <linux/input.h>
 #include <stdlib.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <fstream>
 #include <string>
+#include <vector>
 
 #include "hand/hand_filter.h"
 #include "hand/hand_input.h"
+#include "hand/rumble.h"
 #include "hand/space_mouse.h"
 #include "support/scratch_folder.h"
 
@@ -181,6 +187,96 @@ TEST(SpaceMouse, FullDeflectionIsOneAndNoiseIsNothing) {
   EXPECT_EQ(d[2], 0);  // 10 of 350 is below 3 %
   EXPECT_NEAR(d[4], (0.5 - 0.03) / 0.97, 1e-12);
   EXPECT_EQ(d[5], 0);
+}
+
+TEST(RumbleSignal, AConstantForceIsStillAndAJumpIsFull) {
+  RumbleSignal signal;
+  for (int n = 0; n < 1000; ++n) signal.add({0, 0, 5}, 1e-3);
+  EXPECT_EQ(signal.strength().strong, 0);
+  EXPECT_EQ(signal.strength().weak, 0);
+  signal.add({0, 0, 6.5}, 1e-3);
+  EXPECT_GT(signal.strength().strong, 0.9);
+  // A slow change of the same size, as of a hand that presses harder over a second, stays weak.
+  for (int n = 0; n < 1000; ++n) signal.add({0, 0, 6.5}, 1e-3);
+  for (int n = 0; n < 1000; ++n) signal.add({0, 0, 6.5 - 1.5e-3 * n}, 1e-3);
+  EXPECT_LT(signal.strength().strong, 0.01);
+}
+
+/// The event interface of one gamepad, as the kernel answers.
+struct FakePad {
+  static inline int open_error = 0;  // of opening it for writing
+  static inline bool has_motors = true, is_unplugged = false;
+  static inline std::vector<ff_effect> effects;
+  static inline std::vector<int> plays;
+  static inline int open_files = 0;
+  static const EventCalls& calls() {
+    static const EventCalls calls{[](const char*, int flags) {
+                                    if (open_error != 0 && (flags & O_ACCMODE) != O_RDONLY) return errno = open_error, -1;
+                                    return ++open_files, 7;
+                                  },
+                                  [](int, unsigned long request, void* argument) {
+                                    if (is_unplugged) return errno = ENODEV, -1;
+                                    if (request == EVIOCGID) {
+                                      *static_cast<input_id*>(argument) = {3, 0x045e, 0x028e, 0x110};
+                                    } else if (request == EVIOCSFF) {
+                                      auto& effect = *static_cast<ff_effect*>(argument);
+                                      if (effect.id < 0) effect.id = 4;
+                                      effects.push_back(effect);
+                                    } else if (has_motors) {
+                                      static_cast<unsigned long*>(argument)[FF_RUMBLE / 64] |= 1ul << (FF_RUMBLE % 64);
+                                    }
+                                    return 0;
+                                  },
+                                  [](int, const void* bytes, std::size_t count) {
+                                    const auto& event = *static_cast<const input_event*>(bytes);
+                                    EXPECT_EQ(event.type, EV_FF);
+                                    EXPECT_EQ(event.code, 4);
+                                    plays.push_back(event.value);
+                                    return static_cast<long>(count);
+                                  },
+                                  [](int) { return --open_files, 0; }};
+    return calls;
+  }
+};
+
+TEST(Rumble, PlaysOnTheGamepadOfThisIdentity) {
+  std::uint16_t vendor = 0, product = 0;
+  ASSERT_TRUE(idsOfGamepad("030000005e0400008e02000010010000", vendor, product));
+  EXPECT_EQ(vendor, 0x045e);
+  EXPECT_EQ(product, 0x028e);
+  EXPECT_FALSE(idsOfGamepad("78696e70757401000000000000000000x", vendor, product));
+  const test::ScratchFolder folder;
+  std::ofstream(folder.path() / "event3") << "";
+  {
+    Rumble rumble(0x045e, 0x028e, FakePad::calls(), folder.path());
+    ASSERT_TRUE(rumble.isOpen()) << rumble.fault();
+    rumble.set({});
+    EXPECT_TRUE(FakePad::effects.empty()) << "nothing is sent while nothing happens";
+    rumble.set({0.5, 1});
+    rumble.set({1, 1});
+    rumble.set({});
+    rumble.set({});
+    ASSERT_EQ(FakePad::effects.size(), 3u);
+    EXPECT_EQ(FakePad::effects[0].u.rumble.strong_magnitude, 32768);
+    EXPECT_EQ(FakePad::effects[0].u.rumble.weak_magnitude, 65535);
+    EXPECT_EQ(FakePad::effects[1].id, 4) << "the same effect is changed";
+    EXPECT_GT(FakePad::effects[0].replay.length, 0) << "the motors stop by themselves if the program hangs";
+    EXPECT_EQ(FakePad::plays, (std::vector<int>{1, 1, 0}));
+    FakePad::is_unplugged = true;
+    rumble.set({1, 1});
+    EXPECT_FALSE(rumble.isOpen());
+    EXPECT_NE(rumble.fault().find("No such device"), std::string::npos) << rumble.fault();
+    FakePad::is_unplugged = false;
+  }
+  EXPECT_EQ(FakePad::open_files, 0);
+  EXPECT_FALSE(Rumble(0x045e, 1, FakePad::calls(), folder.path()).isOpen()) << "another gamepad";
+  FakePad::open_error = EACCES;
+  const std::string fault = Rumble(0x045e, 0x028e, FakePad::calls(), folder.path()).fault();
+  EXPECT_NE(fault.find("event3: Permission denied"), std::string::npos) << fault;
+  FakePad::open_error = 0;
+  FakePad::has_motors = false;
+  EXPECT_NE(Rumble(0x045e, 0x028e, FakePad::calls(), folder.path()).fault().find("no motors"), std::string::npos);
+  EXPECT_EQ(FakePad::open_files, 0);
 }
 
 }  // namespace

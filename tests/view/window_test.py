@@ -5,6 +5,7 @@ Xvfb or xdotool are missing.
 
 A drag moves the tool and presses it on the object, keys begin and end recordings, closing the window ends the run like
 an emergency stop, and a signal at any time leaves a whole recording. """
+import json
 import os
 import random
 import shutil
@@ -137,6 +138,49 @@ def check_keyboard(folder):
     check(rows == 6000, f"{rows} rows of 6 s")
 
 
+def check_course(folder):
+    """Pause, single steps, slow motion, reset, screenshot and film of a live run, by keys."""
+    def run_of(action, text):
+        """The keys of `action`, then what the run says of itself at its end."""
+        player = open_player(folder, "--record", text + ".csv", "--json")
+        action()
+        xdo("key", "ctrl+q")
+        out, err = player.communicate(timeout=60)
+        check(player.returncode == 0, f"{text}: exit code {player.returncode}: {err}")
+        return json.loads(out), column(folder / f"{text}.csv", "tick"), err
+
+    def pause():
+        xdo("key", "space")
+        time.sleep(1)
+        xdo("key", "c")  # the frame after it shows the pause
+        time.sleep(3)
+        xdo("key", "n", "key", "n", "key", "n")
+        time.sleep(1)
+
+    run, ticks, err = run_of(pause, "paused")
+    check(run["end"] == "complete", "a paused run does not end")
+    check(ticks == list(range(len(ticks))), "the recording of a paused run has gaps")
+    check("paused-1.png" in err and (folder / "paused-1.png").read_bytes()[:4] == b"\x89PNG", f"no screenshot: {err}")
+
+    def reset():
+        drag(30, 2)
+        xdo("key", "BackSpace")
+        time.sleep(1.5)
+        xdo("key", "r")
+        time.sleep(1.5)
+        xdo("key", "v")
+        time.sleep(2)
+        xdo("key", "v")
+        time.sleep(1)
+
+    _, ticks, err = run_of(reset, "again")
+    check(ticks == list(range(len(ticks))), "a recording goes beyond a reset")
+    after = column(folder / "again-1.csv", "hz_mm")
+    check(max(after) - min(after) < 0.5 and min(after) > 3.5, f"the tool is not back at its start: {min(after)} to {max(after)}")
+    check(column(folder / "again-1.csv", "tick")[0] > 0, "the time goes on from the reset")
+    check("ffmpeg -framerate" in err and (folder / "again-1-film" / "00001.png").exists(), f"no film: {err}")
+
+
 def check_killed(folder, times):
     dice = random.Random(1)
     for n in range(times):
@@ -160,6 +204,7 @@ def main():
             check_drag_and_close(folder)
             check_press(folder)
             check_keyboard(folder)
+            check_course(folder)
             check_killed(folder, 3)
     finally:
         server.terminate()

@@ -178,6 +178,17 @@ double minContact(const CompiledScene& scene) {
 
 }  // namespace
 
+void CompiledScene::couple(const Coupling& other) {
+  const double before = pull.translation;
+  coupling = other;
+  const double by_mass = 1e-3 / (step_time * step_time);  // 1 kg mm/s^2 is 1e-3 N, 1 kg mm^2/s^2 is 1e-3 N mm
+  inertia = {by_mass * coupling.mass, by_mass * coupling.inertia};
+  pull.translation = coupling.translation + coupling.damping / step_time + inertia.translation;
+  pull.rotation = coupling.rotation + coupling.rotation_damping / step_time + inertia.rotation;
+  angle_length = std::sqrt(pull.rotation / pull.translation);
+  for (CompiledObject& object : objects) object.softness *= std::sqrt(pull.translation / before);
+}
+
 CompiledObject CompiledScene::placed(std::uint32_t shape, std::uint32_t body, const Configuration& pose) const {
   CompiledObject object;
   object.shape = shape;
@@ -191,15 +202,10 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
   fault = faultInSettings(d);
   if (!fault.empty()) return false;
   auto out = std::make_unique<CompiledScene>();
-  out->coupling = d.coupling;
   out->wrench_limits = d.wrench_limits;
   out->step_limits = d.step_limits;
   out->step_time = d.step_time;
-  const double by_mass = 1e-3 / (d.step_time * d.step_time);  // 1 kg mm/s^2 is 1e-3 N, 1 kg mm^2/s^2 is 1e-3 N mm
-  out->inertia = {by_mass * d.coupling.mass, by_mass * d.coupling.inertia};
-  out->pull.translation = d.coupling.translation + d.coupling.damping / d.step_time + out->inertia.translation;
-  out->pull.rotation = d.coupling.rotation + d.coupling.rotation_damping / d.step_time + out->inertia.rotation;
-  out->angle_length = std::sqrt(out->pull.rotation / out->pull.translation);
+  out->couple(d.coupling);
   if (const std::string why = compileTool(d, *out); !why.empty()) {
     fault = "tool: " + why;
     return false;
@@ -218,7 +224,7 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
 }
 
 Scene::Scene() : Scene(std::make_unique<CompiledScene>()) {}
-Scene::Scene(std::unique_ptr<const CompiledScene> compiled) : compiled_(std::move(compiled)) {}
+Scene::Scene(std::unique_ptr<CompiledScene> compiled) : compiled_(std::move(compiled)) {}
 Scene::~Scene() = default;
 Scene::Scene(Scene&&) noexcept = default;
 Scene& Scene::operator=(Scene&&) noexcept = default;

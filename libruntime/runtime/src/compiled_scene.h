@@ -60,6 +60,8 @@ struct CompiledScene {
                              // (skin) [mm] inside the other [mm]
   float skin_tolerance = 0;  // largest of the shapes [mm]
 
+  /// Takes another coupling. The stiffness of objects stays; their `softness` is relative to the coupling.
+  void couple(const Coupling& other);
   /// An object of this shape and body, with its mesh frame at `pose`.
   CompiledObject placed(std::uint32_t shape, std::uint32_t body, const Configuration& pose) const;
   const CompiledShape& shapeOf(std::size_t object) const { return shapes[objects[object].shape]; }

@@ -101,10 +101,17 @@ void reportPriority(int error) {
                  std::strerror(error));
 }
 
-void showStatus(const device::DeviceStatus& status, const ServoLoop& loop) {
-  std::fprintf(stderr, "\r%8.1f s  force %6.2f N  step %6.0f us  late %llu   ", static_cast<double>(status.ticks) / 1000, loop.force(),
-               loop.time(), static_cast<unsigned long long>(status.late_ticks));
-  std::fflush(stderr);
+/// The line of a run in at most `columns` - 1 characters: whole figures, the most important ones first.
+std::string statusLine(const device::DeviceStatus& status, const ServoLoop& loop, int columns) {
+  char figures[4][48];
+  std::snprintf(figures[0], sizeof figures[0], "%8.1f s", static_cast<double>(status.ticks) / 1000);
+  std::snprintf(figures[1], sizeof figures[1], "  force %6.2f N", loop.force());
+  std::snprintf(figures[2], sizeof figures[2], "  late %llu", static_cast<unsigned long long>(status.late_ticks));
+  std::snprintf(figures[3], sizeof figures[3], "  step %6.0f us", loop.time());
+  std::string line;
+  for (const char* figure : figures)
+    if (line.size() + std::strlen(figure) < static_cast<std::size_t>(columns)) line += figure;
+  return line;
 }
 
 /// Runs until the device ends, the time is over, or a stop is requested.
@@ -116,7 +123,7 @@ void runDevice(device::Device& device, const PlaySettings& settings, ServoLoop& 
     const device::DeviceStatus status = device.status();
     if (status.phase != device::Phase::Running || status.ticks >= limit) break;
     if (settings.clock == device::Clock::Stepped) device.step();
-    if (observer && !observer->onTurn(device.status(), loop)) break;
+    if (observer && !observer->onTurn(device, loop)) break;
     if (settings.clock == device::Clock::Real && !observer) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     if (settings.clock == device::Clock::Real && !told && status.ticks > 0) {
       reportPriority(loop.priorityError());
@@ -124,11 +131,11 @@ void runDevice(device::Device& device, const PlaySettings& settings, ServoLoop& 
     }
     const auto now = std::chrono::steady_clock::now();
     if (settings.status_line && now - shown > std::chrono::milliseconds(200)) {
-      showStatus(status, loop);
+      if (const int columns = tool::terminalColumns(); columns > 0) tool::drawProgressLine(statusLine(status, loop, columns), columns);
       shown = now;
     }
   }
-  if (settings.status_line) std::fprintf(stderr, "\r%79s\r", "");
+  if (settings.status_line) tool::clearProgressLine();
 }
 
 const char* modeName(runtime::Mode mode) { return mode == runtime::Mode::Published ? "paper" : "constrained"; }
@@ -235,7 +242,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   const formats::SceneFile file = settings.scene.empty() ? formats::SceneFile() : formats::readScene(settings.scene);
   runtime::SceneDescription description = settings.scene.empty() ? sampleScene(progress) : readDescription(file, settings.scene, progress);
   description.contact = settings.contact;
-  const runtime::Scene scene = compiledScene(description, settings.scene);
+  runtime::Scene scene = compiledScene(description, settings.scene);
   if (observer) observer->onScene(description);
   const std::optional<device::ToolMount> mount = mountOf(file, settings.device);
   if (!device) device = openInput(settings, scene, mount, observer);
@@ -253,6 +260,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   std::optional<TissueMotion> tissue;
   if (has_tissue) tissue.emplace(scene, real ? TissueMotion::Clock::Real : TissueMotion::Clock::Stepped);
   options.tissue = tissue ? &*tissue : nullptr;
+  options.tuned = observer ? &scene : nullptr;
   ServoLoop loop(scene, recording.get(), options, observer ? observer->streams() : nullptr);
   const device::EmergencyStop emergency_stop;  // from now on Ctrl-C first stops the device
   progress.check();

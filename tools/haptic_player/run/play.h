@@ -52,9 +52,9 @@ class PlayObserver {
   virtual view::LiveStreams* streams() = 0;
   /// Replaces the path that a simulated hand intends (`path`, from the settings); evaluated in the thread of the steps.
   virtual device::IntendedPath handPath(device::IntendedPath path) { return path; }
-  /// Called repeatedly: after each step of a stepped run, continuously in a real-time run. Returns false to end the
-  /// run.
-  virtual bool onTurn(const device::DeviceStatus& status, ServoLoop& loop) = 0;
+  /// Called repeatedly: after each step of a stepped run, continuously in a real-time run. May change the pace of the
+  /// device or restart it. Returns false to end the run.
+  virtual bool onTurn(device::Device& device, ServoLoop& loop) = 0;
   /// Adds the observer's figures of the finished run to the summary.
   virtual void addTo(nlohmann::ordered_json& /*summary*/) const {}
 };

@@ -61,7 +61,7 @@ void RunStatistics::add(const RecordedStep& row, double processor_us) noexcept {
   over_by_clock_ += row.total_us > 1000;
   over_by_processor_ += processor_us > 1000;
   if (isFinite(row.haptic)) energy_.add(row.haptic, row.wrench);
-  if (steps_ > 0) {
+  if (follows_) {
     force_step_ = std::max(force_step_, (row.wrench.force - last_wrench_.force).norm());
     torque_step_ = std::max(torque_step_, (row.wrench.torque - last_wrench_.torque).norm());
   }
@@ -74,6 +74,12 @@ void RunStatistics::add(const RecordedStep& row, double processor_us) noexcept {
   passivity_debt_ = std::max(passivity_debt_, row.passivity_debt);
   for (std::size_t k = 0; k < faults_.size(); ++k) faults_[k] += row.faults >> k & 1;
   ++steps_;
+  follows_ = true;
+}
+
+void RunStatistics::restart() noexcept {
+  energy_.restart();
+  follows_ = false;
 }
 
 nlohmann::ordered_json RunStatistics::toJson() const {

@@ -39,6 +39,8 @@ nlohmann::ordered_json timesJson(const TimeHistogram& durations);
 class PassivityObserver {
  public:
   void add(const Configuration& pose, const Wrench& wrench) noexcept;
+  /// The next pose is not reached from the last one.
+  void restart() noexcept { started_ = false; }
   double energy() const { return energy_; }      // current value [mJ]
   double smallest() const { return smallest_; }  // smallest value so far, <= 0 [mJ]
   double largest() const { return largest_; }    // largest value so far, >= 0 [mJ]
@@ -62,6 +64,8 @@ class RunStatistics {
  public:
   /// `processor_us`: processor time of the step's thread; the remainder of row.total_us was used by other programs.
   void add(const RecordedStep& row, double processor_us) noexcept;
+  /// The next step does not follow from the last one; everything is counted on.
+  void restart() noexcept;
 
   std::uint64_t steps() const { return steps_; }
   const TimeHistogram& total() const { return total_; }
@@ -75,6 +79,7 @@ class RunStatistics {
   LongestStep longest_;
   PassivityObserver energy_;
   Wrench last_wrench_;
+  bool follows_ = false;  // the next step from last_wrench_
   double force_step_ = 0, torque_step_ = 0, penetration_ = 0, largest_force_ = 0;
   double passivity_force_ = 0, passivity_torque_ = 0, passivity_debt_ = 0;
   std::uint64_t passivity_steps_ = 0;

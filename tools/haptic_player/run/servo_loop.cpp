@@ -14,7 +14,13 @@
 namespace spheretree::player {
 
 ServoLoop::ServoLoop(const runtime::Scene& scene, RecordingWriter* recording, const Options& options, view::LiveStreams* live)
-    : scene_(scene), recording_(recording), options_(options), live_(live), workspace_(scene) {}
+    : scene_(scene),
+      recording_(recording),
+      options_(options),
+      live_(live),
+      tuner_(options.tuned && live ? std::optional<SceneTuner>(options.tuned->compiled()) : std::nullopt),
+      workspace_(scene),
+      mode_(options.mode) {}
 
 device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
   using Clock = std::chrono::steady_clock;
@@ -24,6 +30,7 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
     priority_error_.store(::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &priority), std::memory_order_relaxed);
   }
   begun_.fetch_add(1);
+  if (state.restarted) restart();
   if (options_.tissue) tissue_states_ = options_.tissue->take(ticks_, workspace_);  // the solver is not part of a step
   runtime::StageTimes times;
   const double processor_start = threadTime();
@@ -34,7 +41,11 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
     steerHinges(options_.bodies->anglesAt(time));
     options_.bodies->moveTo(time, hinges_, workspace_);
   }
-  const runtime::StepResult result = runtime::step(scene_, tool, options_.mode, workspace_, &times);
+  if (tuner_) {
+    tuner_->tune(live_->settings);
+    changeMode();
+  }
+  const runtime::StepResult result = runtime::step(scene_, tool, mode(), workspace_, &times);
   const double total_us = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
   RecordedStep row = recordedStep(ticks_++, tool, result, times, total_us, runtime::contacts(workspace_));
   row.hinges = hinges_;
@@ -44,6 +55,7 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
   row.passivity_debt = state.debt;
   statistics_.add(row, threadTime() - processor_start);
   force_.store(row.wrench.force.norm(), std::memory_order_relaxed);
+  torque_ = row.wrench.torque.norm();
   time_.store(total_us, std::memory_order_relaxed);
   RecordingWriter* const recording = recording_.load();
   if (recording && options_.wait) recording->pushWaiting(row);
@@ -52,6 +64,24 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
   ended_.fetch_add(1);
   const Wrench on_hand = options_.mount ? device::wrenchOnHandle(*options_.mount, state.handle, result.wrench) : result.wrench;
   return {on_hand, 0, (result.faults & runtime::kBadInput) != 0};
+}
+
+void ServoLoop::changeMode() noexcept {
+  // The modes agree on the wrench only where nothing is touched: below half of what a hand perceives as a difference.
+  constexpr double kUnfeltForce = 0.05, kUnfeltTorque = 2.5;  // [N, N mm]
+  if (force() > kUnfeltForce || torque_ > kUnfeltTorque) return;
+  const runtime::Mode other = options_.mode == runtime::Mode::Published ? runtime::Mode::Constrained : runtime::Mode::Published;
+  mode_.store(live_->settings.other_mode.load(std::memory_order_relaxed) ? other : options_.mode, std::memory_order_relaxed);
+}
+
+void ServoLoop::restart() noexcept {
+  runtime::reset(workspace_);
+  if (options_.tissue) options_.tissue->restart();
+  statistics_.restart();
+  ticks_ = 0;
+  hinges_ = {};
+  is_steered_ = {};
+  ++restarts_;
 }
 
 void ServoLoop::steerHinges(const HingeAngles& path) noexcept {
@@ -77,6 +107,7 @@ void ServoLoop::publish(const RecordedStep& row) noexcept {
   live_->steps.push(row);
   view::LiveState& state = live_->state.back();
   state.step = row;
+  state.restarts = restarts_;
   state.contact_count = 0;
   for (const runtime::Contact& contact : runtime::contacts(workspace_))
     if (state.contact_count < state.contacts.size()) state.contacts[state.contact_count++] = shownContact(contact);

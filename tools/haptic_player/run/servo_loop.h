@@ -10,6 +10,7 @@
 #include "run/body_paths.h"
 #include "run/recording.h"
 #include "run/run_statistics.h"
+#include "run/scene_tuner.h"
 #include "run/tissue_motion.h"
 #include "spheretree/device/device.h"
 #include "spheretree/device/tool_mount.h"
@@ -26,12 +27,14 @@ class ServoLoop final : public device::Renderer {
     TissueMotion* tissue = nullptr;          // large deformation of soft tissue; must outlive the loop
     const BodyPaths* bodies = nullptr;       // poses of bodies at each tick; must outlive the loop
     std::optional<device::ToolMount> mount;  // absent: the device reports the pose of the tool in the world
+    runtime::Scene* tuned = nullptr;         // the scene of the loop, if its `live` streams may change its settings
     bool real_time_thread = false;           // the first step requests a real-time priority for its thread
   };
   /// `scene`, `recording` and `live` must outlive the loop; the latter two may be null.
   ServoLoop(const runtime::Scene& scene, RecordingWriter* recording, const Options& options, view::LiveStreams* live = nullptr);
 
-  /// Computes the step of tick n (0, 1, ...) at n ms. No allocation, lock or I/O (except `wait`).
+  /// Computes the step of tick n (0, 1, ...) at n ms. No allocation, lock or I/O (except `wait`). After a restart of
+  /// the device n begins at 0 again, with bodies and tissue as at the start.
   device::Rendered render(const device::DeviceState& state) noexcept override;
 
   /// Sets the writer for the rows of later steps; null: none. Call it from one thread, which must not be that of the
@@ -46,11 +49,15 @@ class ServoLoop final : public device::Renderer {
   // From any thread.
   double force() const { return force_.load(std::memory_order_relaxed); }  // of the last step [N]
   double time() const { return time_.load(std::memory_order_relaxed); }    // that it took [us]
+  runtime::Mode mode() const { return mode_.load(std::memory_order_relaxed); }
   int priorityError() const {
     return priority_error_.load(std::memory_order_relaxed);
   }  // errno of the request; 0: granted, -1: not requested
 
  private:
+  void restart() noexcept;
+  /// Takes the mode that the view asks for, once that cannot be felt.
+  void changeMode() noexcept;
   void publish(const RecordedStep& row) noexcept;
   /// Moves the hinges towards the angles set in the view, at the speed of a jaw; otherwise along the path of the scene.
   void steerHinges(const HingeAngles& path) noexcept;
@@ -59,15 +66,19 @@ class ServoLoop final : public device::Renderer {
   std::atomic<RecordingWriter*> recording_;
   Options options_;
   view::LiveStreams* live_;
+  std::optional<SceneTuner> tuner_;  // made before the workspace
   runtime::Workspace workspace_;
   RunStatistics statistics_;
   std::uint64_t ticks_ = 0;
+  std::uint32_t restarts_ = 0;
+  double torque_ = 0;  // of the last step [N mm]
   std::uint32_t tissue_states_ = 0;
   HingeAngles hinges_{};
   std::array<bool, kMaxHinges> is_steered_{};
   std::atomic<std::uint64_t> begun_{0}, ended_{0};  // steps
   std::atomic<double> force_{0}, time_{0};
   std::atomic<int> priority_error_{-1};
+  std::atomic<runtime::Mode> mode_;
 };
 
 /// Processor time of this thread, without that of other programs [us].

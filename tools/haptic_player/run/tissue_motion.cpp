@@ -38,6 +38,7 @@ std::uint32_t TissueMotion::take(std::uint64_t tick, runtime::Workspace& workspa
                      : clock_ == Clock::Stepped ? tick % kTissueTicks == 0
                                                 : is_due;
   if (!takes || empty()) return taken_;
+  if (rests_) rest();
   bool has_work = false;
   for (Body& body : bodies_) {
     const std::span<const float> forces = runtime::tissueForces(body.object, workspace);
@@ -90,11 +91,22 @@ void TissueMotion::run() noexcept {
 }
 
 void TissueMotion::restart() noexcept {
+  rests_ = true;
+  if (clock_ != Clock::Real) rest();
+}
+
+/// The solver must be idle.
+void TissueMotion::rest() noexcept {
+  rests_ = false;
+  TissueShapes& shapes = shapes_.back();
   for (Body& body : bodies_) {
     body.motion->reset();
     body.quiet = kQuiet;
     body.is_solved = false;
+    std::fill(body.shape.begin(), body.shape.end(), Eigen::Vector3f::Zero());
+    std::copy(body.shape.begin(), body.shape.end(), shapes[body.object].begin());
   }
+  shapes_.publish();
 }
 
 const TissueShapes& TissueMotion::shapes() noexcept {

@@ -41,7 +41,8 @@ class TissueMotion {
   /// Call it before each step, in the thread of the steps. Returns the number of states taken so far. No allocation or
   /// lock; with Clock::Real it does not wait either. `is_due`: with Clock::Replay, whether this step takes a state.
   std::uint32_t take(std::uint64_t tick, runtime::Workspace& workspace, bool is_due = false) noexcept;
-  /// Returns to the shape at rest, as after a reset of the workspace. Not allowed with Clock::Real.
+  /// Returns to the shape at rest, as after a reset of the workspace; with Clock::Real as soon as the solver is idle.
+  /// Call it in the thread of the steps. No allocation; it does not wait.
   void restart() noexcept;
 
   /// The newest solved state. Call it from one thread, that of a view; with Clock::Replay from that of the steps.
@@ -60,11 +61,13 @@ class TissueMotion {
   enum Phase : int { kSolved, kAsked, kEnding };
 
   void solve() noexcept;
+  void rest() noexcept;
   void run() noexcept;
 
   const Clock clock_;
   std::vector<Body> bodies_;
   std::uint32_t taken_ = 0;
+  bool rests_ = false;               // restart() waits for the solver
   std::atomic<int> phase_{kSolved};  // which thread may access the bodies
   view::TripleBuffer<TissueShapes> shapes_;
   std::thread thread_;

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "hand/hand_filter.h"
+#include "hand/rumble.h"
 #include "hand/space_mouse.h"
 #include "panel/viewer.h"
 #include "run/body_paths.h"
@@ -15,6 +16,7 @@
 #include "run/run_statistics.h"
 #include "run/tissue_motion.h"
 #include "streams/live_streams.h"
+#include "window/capture.h"
 #include "window/window.h"
 
 namespace spheretree::player {
@@ -24,6 +26,7 @@ class RunShown {
  public:
   view::LiveStreams streams;
   view::ViewerState state;
+  view::RumbleSignal rumble;
 
   /// Sets the stage, its name, and notes on what cannot be shown.
   void setScene(const runtime::SceneDescription& scene, const std::filesystem::path& path);
@@ -40,6 +43,7 @@ class RunShown {
   std::uint32_t faults_so_far_ = 0;
   view::StepTimes times_;
   std::size_t times_due_ = 0;
+  std::uint32_t restarts_ = 0;
 };
 
 /// Settings that a window and a picture share.
@@ -50,6 +54,9 @@ struct ViewSettings {
   view::CameraWish wish;
   bool panels = true, follow = false;
 };
+
+/// The path that names of recordings, pictures and films are made of: beside the recording of the run.
+inline std::filesystem::path runName(const PlaySettings& settings) { return settings.record.empty() ? "run.csv" : settings.record; }
 
 class LiveView final : public PlayObserver {
  public:
@@ -63,7 +70,7 @@ class LiveView final : public PlayObserver {
   void onScene(const runtime::SceneDescription& scene) override;
   view::LiveStreams* streams() override { return &shown_.streams; }
   device::IntendedPath handPath(device::IntendedPath path) override;
-  bool onTurn(const device::DeviceStatus& status, ServoLoop& loop) override;
+  bool onTurn(device::Device& device, ServoLoop& loop) override;
   /// `view`: frames; frame_us, from the start of a frame until it is passed to the display, without waiting for the
   /// next one; first_frame_s, since the trees were loaded; steps_not_shown.
   void addTo(nlohmann::ordered_json& summary) const override;
@@ -72,7 +79,10 @@ class LiveView final : public PlayObserver {
   void steer(double seconds);
   void showStatus(const device::DeviceStatus& status);
   void toggleRecording(ServoLoop& loop);
-  std::filesystem::path nextRecording() const;
+  void addSettings(const runtime::SceneDescription& scene);
+  void openRumble();
+  /// Passes pause, pace, steps and resets on to the device.
+  void setCourse(device::Device& device, ServoLoop& loop);
 
   using Clock = std::chrono::steady_clock;
   Options options_;
@@ -81,6 +91,9 @@ class LiveView final : public PlayObserver {
   RunShown shown_;
   std::unique_ptr<view::Viewer> viewer_;
   std::optional<view::SpaceMouse> space_mouse_;
+  std::optional<view::Rumble> rumble_;
+  view::Capture capture_;
+  std::uint32_t pace_ = 1, asked_restarts_ = 0;  // of the device
   view::HandInput hand_;
   Configuration start_;                         // of the hand
   std::unique_ptr<RecordingWriter> recording_;  // started by the key

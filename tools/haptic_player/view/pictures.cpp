@@ -68,7 +68,8 @@ void PictureObserver::onScene(const runtime::SceneDescription& scene) {
   maker_ = std::make_unique<view::PictureMaker>(settings_.width, settings_.height, settings_.scale, shown_.state);
 }
 
-bool PictureObserver::onTurn(const device::DeviceStatus& status, ServoLoop& loop) {
+bool PictureObserver::onTurn(device::Device& device, ServoLoop& loop) {
+  const device::DeviceStatus status = device.status();
   if (status.ticks == 0) return true;
   const std::uint64_t step = status.ticks - 1;
   if (settings_.steps.has(step)) {
@@ -76,8 +77,7 @@ bool PictureObserver::onTurn(const device::DeviceStatus& status, ServoLoop& loop
     const std::vector<view::Lamp> safety = safetyLamps(status.safety, status.safety_so_far);
     shown_.pane().lamps.insert(shown_.pane().lamps.end(), safety.begin(), safety.end());
     if (count_++ == 0)
-      shown_.state.camera =
-          view::wishedCamera(shown_.stage(), shown_.pane().state.step.graphic.position, settings_.wish, maker_->layout().panes[0]);
+      shown_.state.camera = view::wishedCamera(shown_.stage(), shown_.pane().state.step.graphic, settings_.wish, maker_->layout().panes[0]);
     drawPicture(*maker_, settings_, step);
   } else {
     shown_.update(loop.tissue());

@@ -43,7 +43,7 @@ class PictureObserver final : public PlayObserver {
   PictureObserver(const PictureSettings& settings, const PlaySettings& play) : settings_(settings), play_(play) {}
   void onScene(const runtime::SceneDescription& scene) override;
   view::LiveStreams* streams() override { return &shown_.streams; }
-  bool onTurn(const device::DeviceStatus& status, ServoLoop& loop) override;
+  bool onTurn(device::Device& device, ServoLoop& loop) override;
   /// Number of pictures drawn.
   int count() const { return count_; }
 

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "program_end.h"
 #include "run/play.h"
+#include "terminal.h"
 #include "view/run_panel.h"
 #include "view/shown_stage.h"
 #include "window/window.h"
@@ -85,6 +87,8 @@ void showReplay(Replay& replay, const LiveView::Options& options, builder::Progr
   replay.state.panels = options.panels;
   replay.state.follow = options.follow;
   view::Viewer viewer(window.gl(), window.interface(), replay.state);
+  replay.state.can_capture = true;
+  view::Capture capture("replay");
   replay.playback.loops = false;
   replay.playback.play();
   bool has_camera = false;
@@ -94,13 +98,21 @@ void showReplay(Replay& replay, const LiveView::Options& options, builder::Progr
     replay.update();
     if (!has_camera) {
       const view::Layout layout = view::layoutOf(replay.state, window.width(), window.height(), window.interface().scale());
-      replay.state.camera =
-          view::wishedCamera(replay.stage(), replay.state.panes[0].state.step.graphic.position, options.wish, layout.panes[0]);
+      replay.state.camera = view::wishedCamera(replay.stage(), replay.state.panes[0].state.step.graphic, options.wish, layout.panes[0]);
       has_camera = true;
     }
     viewer.frame(window.width(), window.height(), window.samples(), seconds, 0);
+    replay.state.film = capture.film();
+    const std::string captured =
+        capture.take(window.gl(), window.width(), window.height(), std::exchange(replay.state.wants_picture, false),
+                     std::exchange(replay.state.wants_film, false));
+    if (!captured.empty()) {
+      replay.state.message = captured;
+      tool::say("haptic-player: " + captured);
+    }
     window.present();
   }
+  if (const std::string film = capture.end(); !film.empty()) tool::say("haptic-player: " + film);
 }
 
 void drawReplay(Replay& replay, const PictureSettings& settings, builder::Progress& progress) {
@@ -120,7 +132,7 @@ void drawReplay(Replay& replay, const PictureSettings& settings, builder::Progre
     replay.update();
     if (!has_camera)
       replay.state.camera =
-          view::wishedCamera(replay.stage(), replay.state.panes[0].state.step.graphic.position, settings.wish, maker.layout().panes[0]);
+          view::wishedCamera(replay.stage(), replay.state.panes[0].state.step.graphic, settings.wish, maker.layout().panes[0]);
     has_camera = true;
     drawPicture(maker, settings, step);
   }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "view/shown_stage.h"
 
+#include <algorithm>
+
 #include "model/moved_surface.h"
 #include "molar.h"
 #include "pipeline/mesh_store.h"
@@ -9,6 +11,7 @@
 #include "soft_tissue.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/scene_file.h"
+#include "view/start_pose.h"
 
 namespace spheretree::player {
 namespace {
@@ -17,6 +20,7 @@ namespace {
 struct ShownItems {
   std::vector<std::string> names;
   std::vector<TriangleMesh> meshes;  // a mesh without triangles is absent
+  bool y_up = false;                 // all objects are from glTF, whose y axis points up, and stand as in their files
 };
 
 ShownItems itemsOf(const std::filesystem::path& path, std::vector<std::string>& notes) {
@@ -39,6 +43,10 @@ ShownItems itemsOf(const std::filesystem::path& path, std::vector<std::string>& 
   };
   add(file.tool);
   for (const formats::SceneItem& object : file.objects) add(object);
+  out.y_up = std::ranges::all_of(file.objects, [](const formats::SceneItem& object) {
+    const std::string ending = object.mesh.extension().string();
+    return (ending == ".glb" || ending == ".gltf") && isIdentity(object.pose);
+  });
   return out;
 }
 
@@ -52,9 +60,11 @@ view::Stage stageOf(const runtime::SceneDescription& scene, const std::filesyste
   const auto add = [&](const SphereTree& tree, std::size_t i) {
     const TriangleMesh* mesh = items.meshes[i].triangles.empty() ? nullptr : &items.meshes[i];
     stage.bodies.push_back(view::bodyOf(items.names[i], &tree, mesh, view::colourOf(items.names[i], i)));
+    readTooth(stage.bodies.back());
     return stage.bodies.size() - 1;
   };
   stage.tool = add(scene.tool, 0);
+  stage.y_up = items.y_up;
   stage.reference_point = scene.reference_point;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     view::PlacedObject& object =

@@ -10,11 +10,18 @@ namespace spheretree::view {
 
 using Eigen::Vector3d;
 
+namespace {
+
+/// From a scene whose z axis points up to the world.
+Vector3d inWorld(const Vector3d& v, bool y_up) { return y_up ? Vector3d(v.x(), v.z(), -v.y()) : v; }
+
+}  // namespace
+
 Vector3d Camera::towardsEye() const {
-  return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), std::sin(elevation)};
+  return inWorld({std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), std::sin(elevation)}, y_up);
 }
 
-Vector3d Camera::right() const { return {-std::sin(azimuth), std::cos(azimuth), 0}; }
+Vector3d Camera::right() const { return inWorld({-std::sin(azimuth), std::cos(azimuth), 0}, y_up); }
 
 Vector3d Camera::up() const { return towardsEye().cross(right()); }
 
@@ -69,6 +76,12 @@ void Camera::lookFrom(int side) {
   if (side < 1 || side > 6) return;
   azimuth = kSides[static_cast<std::size_t>(side - 1)][0];
   elevation = kSides[static_cast<std::size_t>(side - 1)][1];
+}
+
+void Camera::lookFrom(const Vector3d& direction) {
+  const Vector3d d = y_up ? Vector3d(direction.x(), -direction.z(), direction.y()) : direction;
+  azimuth = std::atan2(d.y(), d.x());
+  elevation = std::atan2(d.z(), std::hypot(d.x(), d.y()));
 }
 
 double Camera::pixelAt(const Vector3d& point, const Viewport& viewport) const {

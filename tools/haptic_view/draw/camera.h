@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The camera: it looks at a target from a direction and a distance. The z axis of the world points up. Units: mm, rad;
-// pixels from the upper left corner.
+// The camera: it looks at a target from a direction and a distance. The z axis of the world points up, or its y axis.
+// Units: mm, rad; pixels from the upper left corner.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,6 +25,7 @@ class Camera {
   double azimuth = -1.1, elevation = 0.45;  // direction from the target to the eye; azimuth from x towards y, elevation in [-pi/2, pi/2]
   double distance = 100;                    // > 0
   double opening = 0.6;                     // vertical angle of view
+  bool y_up = false;                        // azimuth and elevation are then those of a scene that was turned upright, y to z
 
   Eigen::Vector3d towardsEye() const;
   Eigen::Vector3d right() const;
@@ -45,8 +46,10 @@ class Camera {
   void zoom(double factor);
   /// Shows the whole ball, from the current direction.
   void frame(const Eigen::Vector3d& centre, double radius, const Viewport& viewport);
-  /// 1 to 6: from the front (-y), the back, the left (-x), the right, above, below.
+  /// 1 to 6: from the front (-y; with `y_up` z), the back, the left (-x), the right, above, below.
   void lookFrom(int side);
+  /// Looks from this direction, not zero.
+  void lookFrom(const Eigen::Vector3d& direction);
 
   /// Size of a pixel at the depth of `point` [mm].
   double pixelAt(const Eigen::Vector3d& point, const Viewport& viewport) const;

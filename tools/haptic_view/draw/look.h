@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -36,8 +37,11 @@ struct Look {
   bool skin_contact = true;  // contact is computed with skins, where trees have them; false: with leaves
   bool overhang = false;     // balls coloured by their overhang
   bool haptic_tool = true, spring = true, force = true, torque = true, contacts = true;
-  bool cut = false;          // objects in front of the tool are cut open
-  std::vector<bool> hidden;  // (objects) may be shorter: the remaining objects are shown
+  bool cut = false;                   // objects in front of the tool are cut open
+  std::vector<bool> hidden;           // (objects) may be shorter: the remaining objects are shown
+  std::vector<bool> glass;            // (objects) as `hidden`: translucent
+  std::optional<std::size_t> marked;  // an object in a stronger colour
+  bool isGlass(std::size_t object) const { return object < glass.size() && glass[object]; }
   bool shows(std::size_t object) const { return object >= hidden.size() || !hidden[object]; }
 };
 
@@ -45,7 +49,8 @@ struct Look {
 struct ShownState {
   bool has_tool = false;
   Configuration haptic, graphic;
-  Wrench wrench;  // on the hand
+  Wrench wrench;                                        // on the hand
+  Eigen::Vector3d tool_mark = Eigen::Vector3d::Zero();  // Stage::toolMark()
   std::span<const ShownContact> contacts;
   std::span<const std::vector<Eigen::Vector3f>> tissue;  // (object) displacements of the nodes of soft tissue; may be empty [mm]
   std::span<const Configuration> carriers;               // poses of the bodies; missing entries are the identity

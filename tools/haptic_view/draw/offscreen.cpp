@@ -66,9 +66,13 @@ OffscreenContext::~OffscreenContext() {
 }
 
 Picture readPixels(const Gl& gl, const Canvas& canvas) {
-  Picture out{canvas.width(), canvas.height(), {}};
-  out.rgb.resize(static_cast<std::size_t>(3) * static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height));
   gl.BindFramebuffer(GL_FRAMEBUFFER, canvas.id());
+  return readPixels(gl, canvas.width(), canvas.height());
+}
+
+Picture readPixels(const Gl& gl, int width, int height) {
+  Picture out{width, height, {}};
+  out.rgb.resize(static_cast<std::size_t>(3) * static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height));
   gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
   gl.ReadPixels(0, 0, out.width, out.height, GL_RGB, GL_UNSIGNED_BYTE, out.rgb.data());
   flip(out.rgb, static_cast<std::size_t>(3 * out.width), static_cast<std::size_t>(out.height));

@@ -34,6 +34,8 @@ class OffscreenContext {
 
 /// The content of `canvas`.
 Picture readPixels(const Gl& gl, const Canvas& canvas);
+/// The lower left part of the bound framebuffer.
+Picture readPixels(const Gl& gl, int width, int height);
 /// Depth of each pixel, from 0 (near) to 1, in the order of a Picture.
 std::vector<float> readDepth(const Gl& gl, const Canvas& canvas);
 

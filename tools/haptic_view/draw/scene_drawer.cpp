@@ -137,7 +137,7 @@ std::optional<ForceArrow> forceArrow(const ShownState& state, const Camera& came
   const double newtons = state.wrench.force.norm();
   if (!state.has_tool || !(newtons > 0.1)) return std::nullopt;
   const double length = arrowShare(newtons) * kLongestArrow * pixel * camera.pixelAt(state.graphic.position, viewport);
-  return ForceArrow{state.graphic.position, state.wrench.force / newtons * length, newtons};
+  return ForceArrow{state.graphic.position + state.graphic.orientation * state.tool_mark, state.wrench.force / newtons * length, newtons};
 }
 
 SceneDrawer::SceneDrawer(const Gl& gl, const Stage& stage)
@@ -212,18 +212,17 @@ void SceneDrawer::drawBody(const Pass& pass, std::size_t body, const Configurati
   drawBalls(pass, body, level, geometry == Geometry::Bounds, pose, tint);
 }
 
-void SceneDrawer::drawHapticTool(const Pass& pass) {
-  const Configuration& haptic = pass.state.haptic;
-  const Configuration pose{haptic.position - haptic.orientation * stage_.reference_point, haptic.orientation};
+template <class Draw>
+void SceneDrawer::drawGlass(const Pass& pass, double opacity, Draw&& draw) {
   // Depth first, so that only its front is visible.
   gl_.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-  drawBody(pass, *stage_.tool, pose, pass.look.tool, pass.theme.haptic, false);
+  draw();
   gl_.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   gl_.Enable(GL_BLEND);
   gl_.BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   gl_.DepthFunc(GL_LEQUAL);
-  pass.opacity = static_cast<float>(pass.theme.haptic.a) / 255;
-  drawBody(pass, *stage_.tool, pose, pass.look.tool, pass.theme.haptic, false);
+  pass.opacity = static_cast<float>(opacity);
+  draw();
   pass.opacity = 1;
   gl_.DepthFunc(GL_LESS);
   gl_.Disable(GL_BLEND);
@@ -251,7 +250,8 @@ Shapes SceneDrawer::marks(const Pass& pass) const {
     }
   }
   if (!state.has_tool) return out;
-  const Vector3d at = state.graphic.position;
+  const auto marked = [&](const Configuration& pose) -> Vector3d { return pose.position + pose.orientation * state.tool_mark; };
+  const Vector3d at = marked(state.graphic);
   const double px = unit(at);
   if (look.contacts)
     for (const ShownContact& contact : state.contacts) {
@@ -266,9 +266,9 @@ Shapes SceneDrawer::marks(const Pass& pass) const {
       const double rub = arrowShare(friction.norm());
       if (rub > 0) addArrow(out, lifted, 42 * rub * px * friction.normalized(), 1.4 * px, pass.theme.warning);
     }
-  const Vector3d stretch = state.haptic.position - at;
+  const Vector3d stretch = marked(state.haptic) - at;
   if (look.spring && stretch.norm() > 2 * px)
-    addCoil(out, at, state.haptic.position, std::min(4.5 * px, 0.3 * stretch.norm()), 1.1 * px, pass.theme.spring);
+    addCoil(out, at, marked(state.haptic), std::min(4.5 * px, 0.3 * stretch.norm()), 1.1 * px, pass.theme.spring);
   if (look.force)
     if (const auto arrow = forceArrow(state, pass.camera, pass.viewport, pass.pixel))
       addArrow(out, arrow->from, arrow->along, 3.2 * px, pass.theme.force);
@@ -298,6 +298,26 @@ void SceneDrawer::drawShapes(const Pass& pass, const Shapes& shapes, bool ghosts
   gl_.DepthMask(GL_TRUE);
   gl_.DepthFunc(GL_LESS);
   gl_.Disable(GL_BLEND);
+}
+
+void SceneDrawer::drawObject(const Pass& pass, std::size_t i) {
+  const PlacedObject& object = stage_.objects[i];
+  const Configuration pose = pass.state.poseOf(object);
+  const Geometry geometry = pass.look.objects;
+  Colour colour = stage_.bodies[object.body].colour;
+  const bool is_marked = pass.look.marked == i;
+  if (is_marked) {
+    const Colour mark = pass.theme.spring;
+    colour = {static_cast<std::uint8_t>((colour.r + mark.r) / 2), static_cast<std::uint8_t>((colour.g + mark.g) / 2),
+              static_cast<std::uint8_t>((colour.b + mark.b) / 2), colour.a};
+  }
+  const bool is_moved = object.soft && i < pass.state.tissue.size() && !pass.state.tissue[i].empty();
+  if (is_moved && (geometry == Geometry::Meshes || geometry == Geometry::Contact)) {
+    const BodyBuffers::Tinted now(gl_, object.soft->at(pass.state.tissue[i], colour));
+    drawSurface(pass, now, pose, {});
+  } else {
+    drawBody(pass, object.body, pose, geometry, colour, stage_.objects.size() == 1 && !is_marked);
+  }
 }
 
 void SceneDrawer::draw(const Camera& camera, const Look& look, const ShownState& state, const Viewport& viewport, int frame_height,
@@ -332,18 +352,8 @@ void SceneDrawer::draw(const Camera& camera, const Look& look, const ShownState&
     if (const auto at = camera.pixelOf(state.graphic.position, viewport))
       pass.cut_now = {static_cast<float>(at->x()), static_cast<float>(frame_height - at->y()), static_cast<float>(90 * pixel),
                       static_cast<float>((camera.eye() - state.graphic.position).norm() - 0.06 * tool)};
-  for (std::size_t i = 0; i < stage_.objects.size(); ++i) {
-    if (!look.shows(i)) continue;
-    const PlacedObject& object = stage_.objects[i];
-    const bool many = stage_.objects.size() > 1;
-    const bool is_moved = object.soft && i < state.tissue.size() && !state.tissue[i].empty();
-    if (is_moved && (look.objects == Geometry::Meshes || look.objects == Geometry::Contact)) {
-      const BodyBuffers::Tinted now(gl_, object.soft->at(state.tissue[i], stage_.bodies[object.body].colour));
-      drawSurface(pass, now, state.poseOf(object), {});
-      continue;
-    }
-    drawBody(pass, object.body, state.poseOf(object), look.objects, stage_.bodies[object.body].colour, !many);
-  }
+  for (std::size_t i = 0; i < stage_.objects.size(); ++i)
+    if (look.shows(i) && !look.isGlass(i)) drawObject(pass, i);
   pass.cut_now = {};
   if (state.has_tool && stage_.tool) {
     const Configuration& g = state.graphic;
@@ -351,7 +361,15 @@ void SceneDrawer::draw(const Camera& camera, const Look& look, const ShownState&
              false);
   }
   drawShapes(pass, marks(pass), true);
-  if (state.has_tool && stage_.tool && look.haptic_tool) drawHapticTool(pass);
+  if (state.has_tool && stage_.tool && look.haptic_tool) {
+    const Configuration& h = state.haptic;
+    const Configuration pose{h.position - h.orientation * stage_.reference_point, h.orientation};
+    const Colour colour = pass.theme.haptic;
+    drawGlass(pass, colour.a / 255.0, [&] { drawBody(pass, *stage_.tool, pose, look.tool, colour, false); });
+  }
+  constexpr double kGlass = 0.3;
+  for (std::size_t i = 0; i < stage_.objects.size(); ++i)
+    if (look.shows(i) && look.isGlass(i)) drawGlass(pass, kGlass, [&] { drawObject(pass, i); });
   gl_.Disable(GL_SCISSOR_TEST);
   gl_.BindVertexArray(0);
 }

@@ -15,8 +15,8 @@
 
 namespace spheretree::view {
 
-/// The arrow of the force on the hand: from the graphic tool's reference point, with a length of arrowShare() times 150
-/// pixels.
+/// The arrow of the force on the hand: from the graphic tool at its reference point, with a length of arrowShare()
+/// times 150 pixels.
 struct ForceArrow {
   Eigen::Vector3d from, along;
   double newtons;
@@ -46,7 +46,10 @@ class SceneDrawer {
   void drawBody(const Pass& pass, std::size_t body, const Configuration& pose, Geometry geometry, Colour colour, bool own_colours);
   void drawSurface(const Pass& pass, const Triangles& triangles, const Configuration& pose, Colour colour);
   void drawBalls(const Pass& pass, std::size_t body, std::size_t level, bool bounds, const Configuration& pose, Colour tint);
-  void drawHapticTool(const Pass& pass);
+  /// What `draw` draws, translucent.
+  template <class Draw>
+  void drawGlass(const Pass& pass, double opacity, Draw&& draw);
+  void drawObject(const Pass& pass, std::size_t object);
   void drawShapes(const Pass& pass, const Shapes& shapes, bool ghosts);
   Shapes marks(const Pass& pass) const;
 

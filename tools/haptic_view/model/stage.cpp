@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <limits>
 
 namespace spheretree::view {
 namespace {
@@ -83,6 +84,19 @@ double Stage::toolReach() const {
   return reach;
 }
 
+Eigen::Vector3d Stage::toolMark() const {
+  Eigen::Vector3d mark = Eigen::Vector3d::Zero();
+  if (!tool || bodies[*tool].levels.empty()) return mark;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Ball& ball : bodies[*tool].levels.back()) {
+    const Eigen::Vector3d centre = Eigen::Vector3d(ball.x, ball.y, ball.z) - reference_point;
+    const double gap = centre.norm() - static_cast<double>(ball.radius);
+    if (gap <= 0) return Eigen::Vector3d::Zero();
+    if (gap < nearest) nearest = gap, mark = centre;
+  }
+  return mark;
+}
+
 int Stage::levelCount() const {
   std::size_t count = 0;
   for (const Body& body : bodies) count = std::max(count, body.levels.size());
@@ -129,6 +143,7 @@ Body bodyOf(std::string name, const SphereTree* tree, const TriangleMesh* mesh, 
   }
   if (!tree) return body;
   addSpheres(body, *tree);
+  if (!tree->statistics.empty()) body.overhang = static_cast<double>(tree->statistics.back().overhang_bound);
   body.skin = surfaceOf(tree->skin);
   const Eigen::Vector3f origin(static_cast<float>(tree->origin_mm[0]), static_cast<float>(tree->origin_mm[1]),
                                static_cast<float>(tree->origin_mm[2]));

@@ -42,7 +42,10 @@ struct Spot {
 
 /// One body in its own frame. Any member may be empty.
 struct Body {
-  std::string name;
+  std::string name, meaning;               // meaning: what the name says to a reader of the field; may be empty
+  bool is_tooth = false;                   // as its name says
+  int fdi = 0;                             // its number, ISO 3950; 0: unknown
+  double overhang = -1;                    // how far the leaves reach out of the object, at most; below 0: unknown [mm]
   Surface mesh;                            // as in the file
   Surface skin;                            // the surface on which a tool rests, if the tree has one
   std::vector<std::vector<Ball>> levels;   // cover spheres of each level set; the last level has the leaves
@@ -68,6 +71,7 @@ struct Stage {
   std::vector<Body> bodies;
   std::optional<std::size_t> tool;                            // index into bodies
   Eigen::Vector3d reference_point = Eigen::Vector3d::Zero();  // of the tool, in its frame
+  bool y_up = false;                                          // the y axis of the world points up, not the z axis
   std::vector<PlacedObject> objects;
   double force_limit = 8;                      // [N]
   Eigen::Vector3d torque_limit{188, 188, 48};  // [N mm]
@@ -77,6 +81,9 @@ struct Stage {
   double radius() const;
   /// Distance from the tool's reference point to its farthest point; 0 without a tool [mm].
   double toolReach() const;
+  /// Where a mark at the reference point is attached: the reference point if the tool is there, otherwise the centre of
+  /// the nearest leaf; relative to the reference point, axes of the tool [mm].
+  Eigen::Vector3d toolMark() const;
   int levelCount() const;
 };
 

@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "draw/pick.h"
 
 namespace spheretree::view {
 namespace {
@@ -28,9 +31,30 @@ Viewport paneUnder(const Layout& layout, ImVec2 pointer) {
   return layout.panes[0];
 }
 
+void toggle(std::vector<bool>& flags, std::size_t object, std::size_t count) {
+  flags.resize(count, false);
+  flags[object] = !flags[object];
+}
+
+/// Names the object under the pointer; a click, which moves nothing, chooses it.
+void pointAtObject(ViewerState& state, const Layout& layout) {
+  const ImGuiIO& io = ImGui::GetIO();
+  const bool is_dragged = io.MouseDown[0] || io.MouseDown[1] || io.MouseDown[2];
+  state.hovered.reset();
+  if (state.panes.size() != 1 || is_dragged || !ImGui::IsMousePosValid()) return;
+  const Viewport& pane = layout.panes[0];
+  const Eigen::Vector2d at(static_cast<double>(io.MousePos.x), static_cast<double>(io.MousePos.y));
+  if (at.x() < pane.x || at.y() < pane.y || at.x() >= pane.x + pane.width || at.y() >= pane.y + pane.height) return;
+  state.hovered = pickObject(*state.panes[0].stage, state.look, shownState(state.panes[0]), state.camera.rayThrough(at, pane));
+  constexpr float kStill = 16;  // squared [pixels^2]: a hand that clicks moves a little
+  if (io.MouseReleased[0] && io.MouseDragMaxDistanceSqr[0] < kStill) state.selected = state.hovered;
+}
+
 void applyPointer(ViewerState& state, const Layout& layout) {
   const ImGuiIO& io = ImGui::GetIO();
+  state.hovered.reset();
   if (io.WantCaptureMouse) return;
+  pointAtObject(state, layout);
   const Viewport pane = paneUnder(layout, io.MousePos);
   // In the frame of the press, the way to its place belongs to no drag: a pen or a touch screen jumps there.
   const bool is_press = io.MouseClicked[0] || io.MouseClicked[1] || io.MouseClicked[2];
@@ -63,8 +87,20 @@ void frameContact(ViewerState& state, const Layout& layout) {
   state.camera.frame(at, std::max(3.0, 0.08 * pane.stage->toolReach()), layout.panes[0]);
 }
 
+void applyObjectKeys(ViewerState& state) {
+  Look& look = state.look;
+  if (pressed(keyOf('U'))) look.hidden.clear(), look.glass.clear();
+  const auto object = state.hovered ? state.hovered : state.selected;
+  if (!object) return;
+  const std::size_t count = state.panes[0].stage->objects.size();
+  if (pressed(keyOf('H'))) toggle(look.hidden, *object, count);
+  if (pressed(keyOf('G'))) toggle(look.glass, *object, count);
+}
+
 void applyLookKeys(ViewerState& state, const Layout& layout) {
   Look& look = state.look;
+  applyObjectKeys(state);
+  if (pressed(keyOf('Y'))) state.camera.y_up = !state.camera.y_up;
   for (int side = 1; side <= 6; ++side)
     if (pressed(kKey1 + side - 1)) state.camera.lookFrom(side);
   if (pressed(keyOf('F'))) frameContact(state, layout);
@@ -99,6 +135,17 @@ void applyReplayKeys(Playback& playback) {
   if (pressed(kKeyDown)) playback.setSpeed(playback.speed() / 2);
 }
 
+void applyCourseKeys(RunCourse& course) {
+  if (pressed(kKeySpace)) course.is_paused = !course.is_paused;
+  if (pressed(keyOf('N'), true)) {
+    course.is_paused = true;
+    course.wanted_steps += ImGui::GetIO().KeyShift ? 100 : 1;
+  }
+  if (pressed(kKeyMinus)) course.slowness = std::min(2 * course.slowness, RunCourse::kSlowest);
+  if (pressed(kKeyEqual)) course.slowness = std::max(course.slowness / 2, 1);
+  if (pressed(kKeyBackspace)) course.wants_restart = true;
+}
+
 void applyHandKeys(ViewerState& state, double seconds) {
   const bool takes_keys = state.hand_source == HandSource::Mouse || state.hand_source == HandSource::Keyboard;
   if (!takes_keys || ImGui::GetIO().KeyCtrl) return;
@@ -113,13 +160,16 @@ void applyControls(ViewerState& state, const Layout& layout, double seconds) {
   applyPointer(state, layout);
   if (ImGui::GetIO().WantTextInput) return;
   applyLookKeys(state, layout);
+  if (state.can_capture && pressed(keyOf('C'))) state.wants_picture = true;
+  if (state.can_capture && pressed(keyOf('V'))) state.wants_film = true;
   if (state.playback) {
     applyReplayKeys(*state.playback);
     state.playback->advance(seconds);
     return;
   }
   if (state.hand) applyHandKeys(state, seconds);
-  if (pressed(kKeySpace)) state.frozen = !state.frozen;
+  if (state.course.is_live) applyCourseKeys(state.course);
+  if (pressed(keyOf('Z'))) state.frozen = !state.frozen;
   if (state.can_record && pressed(keyOf('R'))) state.wants_record = true;
 }
 
@@ -147,10 +197,22 @@ std::vector<HelpLine> helpLines(const ViewerState& state) {
     add("Left, Right", "one step back or forward; with Shift: 100 steps");
     add("Up, Down", "faster, slower");
     add("Home, End", "to the beginning, to the end");
-  } else if (state.hasPlots()) {
-    add("Space", "freeze the plots");
+  } else if (state.course.is_live) {
+    add("Space", "pause, go on");
+    add("N", "one step; with Shift: 100 steps");
+    add("- =", "half, double the pace, 1/32 to real time");
+    add("Backspace", "begin again: tool and bodies at the start");
+    add("Z", "freeze the plots");
   }
   if (state.can_record) add("R", "start and stop a recording");
+  if (state.can_capture) {
+    add("C", "screenshot");
+    add("V", "start and stop a film");
+  }
+  if (state.panes.size() == 1) {
+    add("click", "figures of an object; the pointer names it");
+    add("H, G, U", "hide it, make it glass, show all");
+  }
   add("1 .. 6", "from the front, the back, left, right, above, below");
   add("F", state.panes[0].has_state ? "to the contact" : "the whole");
   if (!state.playback) add("Home", "the whole scene");
@@ -159,6 +221,7 @@ std::vector<HelpLine> helpLines(const ViewerState& state) {
   add("M", "meshes, spheres, bounding spheres, contact surface");
   add("[ ]", "a level up, down");
   add("X", "a hole in what hides the tool");
+  add("Y", "up: the z axis, the y axis");
   add("T", "dark, light");
   add("P", "panels");
   add("Ctrl Q", "close");

@@ -13,11 +13,14 @@ namespace spheretree::view {
 /// Keys, numbered as by GLFW.
 enum Key : int {
   kKeySpace = 32,
+  kKeyMinus = 45,
   kKey1 = 49,
+  kKeyEqual = 61,
   kKeyA = 65,
   kKeyBracketLeft = 91,
   kKeyBracketRight = 93,
   kKeyEscape = 256,
+  kKeyBackspace = 259,
   kKeyRight = 262,
   kKeyLeft = 263,
   kKeyDown = 264,

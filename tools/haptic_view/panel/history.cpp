@@ -19,6 +19,7 @@ PlotSample sampleOf(const player::RecordedStep& step) {
 }
 
 void History::add(const PlotSample& sample) {
+  if (!samples_.empty() && sample.time < samples_.back().time) samples_.clear();  // the run began again
   if (samples_.capacity() == 0) samples_.reserve(2 * kKept);
   if (samples_.size() == 2 * kKept) samples_.erase(samples_.begin(), samples_.end() - static_cast<std::ptrdiff_t>(kKept));
   samples_.push_back(sample);

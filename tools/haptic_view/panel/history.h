@@ -19,7 +19,7 @@ struct PlotSample {
 };
 PlotSample sampleOf(const player::RecordedStep& step);
 
-/// Keeps at least the last kKept samples, in order and contiguous.
+/// Keeps at least the last kKept samples, in order and contiguous. A sample of an earlier time begins a new run.
 class History {
  public:
   static constexpr std::size_t kKept = 60'000;  // a minute

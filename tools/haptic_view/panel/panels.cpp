@@ -58,9 +58,9 @@ void drawLamp(const Lamp& lamp, const Theme& theme) {
   ImGui::EndTooltip();
 }
 
-void drawFigures(const Pane& pane, const Theme& theme) {
+void drawFigureLines(const std::vector<FigureLine>& lines, const Theme& theme) {
   const float right = ImGui::GetWindowContentRegionMax().x;
-  for (const FigureLine& line : pane.figures) {
+  for (const FigureLine& line : lines) {
     ImGui::PushStyleColor(ImGuiCol_Text, packed(theme.faint));
     ImGui::TextUnformatted(line.name.c_str());
     ImGui::PopStyleColor();
@@ -73,6 +73,10 @@ void drawFigures(const Pane& pane, const Theme& theme) {
     ImGui::TextUnformatted(line.value.c_str());
     ImGui::PopStyleColor();
   }
+}
+
+void drawFigures(const Pane& pane, const Theme& theme) {
+  drawFigureLines(pane.figures, theme);
   for (const std::string& note : pane.notes) {
     ImGui::PushStyleColor(ImGuiCol_Text, packed(theme.warning));
     ImGui::TextWrapped("%s", note.c_str());
@@ -80,15 +84,67 @@ void drawFigures(const Pane& pane, const Theme& theme) {
   }
 }
 
+/// A section that can be closed. The state stays for the time of the window.
+bool beginSection(const char* name, const Theme& theme, bool is_open) {
+  ImGui::PushStyleColor(ImGuiCol_Text, packed(theme.spring));
+  const bool shows = ImGui::TreeNodeEx(name, ImGuiTreeNodeFlags_NoTreePushOnOpen | ImGuiTreeNodeFlags_SpanAvailWidth |
+                                                 (is_open ? ImGuiTreeNodeFlags_DefaultOpen : ImGuiTreeNodeFlags_None));
+  ImGui::PopStyleColor();
+  return shows;
+}
+
+/// The lamps that are or were on; all of them in a section that is closed at first, for they need much room.
 void drawLamps(const Pane& pane, const Theme& theme) {
   if (pane.lamps.empty()) return;
-  heading("Faults and safety", theme);
+  const bool shows_all = beginSection("Faults and safety", theme, false);
   if (!ImGui::BeginTable("lamps", 2)) return;
   for (const Lamp& lamp : pane.lamps) {
+    if (!shows_all && !lamp.is_on && !lamp.was_on) continue;
     ImGui::TableNextColumn();
     drawLamp(lamp, theme);
   }
   ImGui::EndTable();
+}
+
+/// Pause, one step, pace, beginning.
+void drawCourse(RunCourse& course) {
+  if (!course.is_live) return;
+  const float text = ImGui::GetFontSize();
+  if (ImGui::Button(course.is_paused ? "Go on" : "Pause", {4.2f * text, 0})) course.is_paused = !course.is_paused;
+  ImGui::SameLine();
+  if (ImGui::Button("Step")) course.is_paused = true, ++course.wanted_steps;
+  ImGui::SameLine();
+  if (ImGui::Button("Reset")) course.wants_restart = true;
+  ImGui::SameLine();
+  const auto name = [](int slowness) { return slowness == 1 ? std::string("1x") : "1/" + std::to_string(slowness); };
+  ImGui::SetNextItemWidth(-1);
+  if (!ImGui::BeginCombo("##pace", name(course.slowness).c_str())) return;
+  for (int slowness = 1; slowness <= RunCourse::kSlowest; slowness *= 2)
+    if (ImGui::Selectable(name(slowness).c_str(), slowness == course.slowness)) course.slowness = slowness;
+  ImGui::EndCombo();
+}
+
+void drawSelected(ViewerState& state, const Theme& theme) {
+  if (!state.selected || state.panes.size() != 1) return;
+  const Stage& stage = *state.panes[0].stage;
+  const Body& body = stage.bodies[stage.objects[*state.selected].body];
+  heading(body.name.c_str(), theme);
+  if (!body.meaning.empty()) ImGui::TextWrapped("%s", body.meaning.c_str());
+  drawFigureLines(objectFigures(state.panes[0], *state.selected), theme);
+}
+
+/// Name and figures beside the pointer.
+void drawHovered(const ViewerState& state, const Theme& theme) {
+  if (!state.hovered || state.panes.size() != 1 || ImGui::GetIO().WantCaptureMouse) return;
+  const Stage& stage = *state.panes[0].stage;
+  const Body& body = stage.bodies[stage.objects[*state.hovered].body];
+  ImGui::BeginTooltip();
+  ImGui::PushStyleColor(ImGuiCol_Text, packed(theme.spring));
+  ImGui::TextUnformatted(body.name.c_str());
+  ImGui::PopStyleColor();
+  if (!body.meaning.empty()) ImGui::TextUnformatted(body.meaning.c_str());
+  for (const FigureLine& line : objectFigures(state.panes[0], *state.hovered)) ImGui::Text("%s: %s", line.name.c_str(), line.value.c_str());
+  ImGui::EndTooltip();
 }
 
 bool chooseGeometry(const char* label, Geometry& geometry) {
@@ -101,7 +157,7 @@ bool chooseGeometry(const char* label, Geometry& geometry) {
 }
 
 void drawLook(ViewerState& state, const Layout& layout, const Theme& theme) {
-  heading("Show", theme);
+  if (!beginSection("Show", theme, state.settings.empty())) return;  // sliders need the room
   Look& look = state.look;
   const Stage& stage = *state.panes[0].stage;
   const bool has_tool = state.panes[0].has_state;
@@ -159,41 +215,58 @@ void drawObjects(ViewerState& state, const Theme& theme) {
   if (stage.objects.size() < 2) return;
   heading("Objects", theme);
   state.look.hidden.resize(stage.objects.size(), false);
-  if (ImGui::SmallButton("all")) std::fill(state.look.hidden.begin(), state.look.hidden.end(), false);
+  if (ImGui::SmallButton("all")) std::fill(state.look.hidden.begin(), state.look.hidden.end(), false), state.look.glass.clear();
   ImGui::SameLine();
   if (ImGui::SmallButton("none")) std::fill(state.look.hidden.begin(), state.look.hidden.end(), true);
-  if (ImGui::BeginChild("objects", {0, 0})) {
+  // All that is left of the panel, but at least some rows; then the panel scrolls.
+  const float room = std::max(ImGui::GetContentRegionAvail().y, 8 * ImGui::GetFrameHeightWithSpacing());
+  float widest = 0;
+  for (const PlacedObject& object : stage.objects) widest = std::max(widest, ImGui::CalcTextSize(stage.bodies[object.body].name.c_str()).x);
+  const int columns = 2 * (widest + 3 * ImGui::GetFontSize()) < ImGui::GetContentRegionAvail().x ? 2 : 1;
+  if (ImGui::BeginChild("objects", {0, room}) && ImGui::BeginTable("names", columns)) {
     for (std::size_t i = 0; i < stage.objects.size(); ++i) {
       const Body& body = stage.bodies[stage.objects[i].body];
       bool shown = !state.look.hidden[i];
+      ImGui::TableNextColumn();
       ImGui::PushID(static_cast<int>(i));
       drawSwatch(body.colour);
       ImGui::Checkbox(body.name.c_str(), &shown);
       ImGui::PopID();
       state.look.hidden[i] = !shown;
     }
+    ImGui::EndTable();
   }
   ImGui::EndChild();
 }
 
-void drawHinges(ViewerState& state, const Theme& theme) {
-  if (state.hinges.empty()) return;
-  heading("Bodies", theme);
-  for (HingeControl& hinge : state.hinges) {
-    auto degree = static_cast<float>(hinge.wish.value_or(hinge.now));
-    ImGui::PushID(hinge.name.c_str());
+void drawValues(std::vector<ValueControl>& values) {
+  for (ValueControl& control : values) {
+    auto value = static_cast<float>(control.wish.value_or(control.now));
+    ImGui::PushID(control.name.c_str());
     ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 5.5f);
-    if (ImGui::SliderFloat(hinge.name.c_str(), &degree, static_cast<float>(hinge.lowest), static_cast<float>(hinge.highest), "%.1f deg",
-                           ImGuiSliderFlags_AlwaysClamp))
-      hinge.wish = static_cast<double>(degree);
-    if (hinge.wish && ImGui::SmallButton("as the scene says")) hinge.wish.reset();
+    if (ImGui::SliderFloat(control.name.c_str(), &value, static_cast<float>(control.lowest), static_cast<float>(control.highest),
+                           control.format, ImGuiSliderFlags_AlwaysClamp))
+      control.wish = static_cast<double>(value);
+    if (control.wish && ImGui::SmallButton("as the scene says")) control.wish.reset();
     ImGui::PopID();
   }
+}
+
+void drawRendering(ViewerState& state, const Theme& theme) {
+  if (!state.hinges.empty() && beginSection("Bodies", theme, true)) drawValues(state.hinges);
+  if (state.settings.empty() || !beginSection("Feel", theme, true)) return;
+  drawValues(state.settings);
+  for (std::size_t k = 0; k < state.modes.size(); ++k) {
+    if (k > 0) ImGui::SameLine();
+    if (ImGui::RadioButton(state.modes[k].c_str(), state.wants_other_mode == (k == 1))) state.wants_other_mode = k == 1;
+  }
+  if (state.wants_other_mode != state.is_other_mode) ImGui::TextColored(ImColor(packed(theme.warning)), "as soon as nothing is touched");
 }
 
 void drawSide(ViewerState& state, const Layout& layout, const Theme& theme) {
   if (beginPlace("side", layout.panel)) {
     ImGui::TextUnformatted(state.title.c_str());
+    drawCourse(state.course);
     if (state.can_record) {
       if (ImGui::Button(state.recording.empty() ? "Record (R)" : "Stop recording (R)")) state.wants_record = true;
       if (!state.recording.empty()) {
@@ -201,6 +274,11 @@ void drawSide(ViewerState& state, const Layout& layout, const Theme& theme) {
         ImGui::TextWrapped("to %s", state.recording.c_str());
         ImGui::PopStyleColor();
       }
+    }
+    if (!state.film.empty()) {
+      ImGui::PushStyleColor(ImGuiCol_Text, packed(theme.bad));
+      ImGui::TextWrapped("film (V): %s", state.film.c_str());
+      ImGui::PopStyleColor();
     }
     for (const Pane& pane : state.panes) {
       ImGui::PushID(&pane);
@@ -210,7 +288,8 @@ void drawSide(ViewerState& state, const Layout& layout, const Theme& theme) {
       drawLamps(pane, theme);
       ImGui::PopID();
     }
-    drawHinges(state, theme);
+    drawSelected(state, theme);
+    drawRendering(state, theme);
     drawLook(state, layout, theme);
     drawObjects(state, theme);
   }
@@ -307,9 +386,12 @@ void drawScaleBar(ImDrawList& list, const Camera& camera, const Viewport& pane, 
   list.AddText({left.x, left.y - 1.35f * text}, colour, name);
 }
 
-/// Text with a shadow, readable on any background.
+/// Text on a plate of the background, readable in front of anything.
 void label(ImDrawList& list, ImVec2 at, Colour colour, const Theme& theme, const char* text) {
-  list.AddText({at.x + 1, at.y + 1}, packed(theme.bottom), text);
+  const ImVec2 extent = ImGui::CalcTextSize(text);
+  const float edge = 0.2f * ImGui::GetFontSize();
+  list.AddRectFilled({at.x - edge, at.y - edge / 2}, {at.x + extent.x + edge, at.y + extent.y + edge / 2}, packed(theme.bottom, 0.75),
+                     edge);
   list.AddText(at, packed(colour), text);
 }
 
@@ -328,12 +410,14 @@ void drawLabels(const ViewerState& state, const Layout& layout, double scale, co
     if (place.x > 0)
       list.AddLine({static_cast<float>(place.x), static_cast<float>(place.y)},
                    {static_cast<float>(place.x), static_cast<float>(place.y + place.height)}, packed(theme.line), 2);
-    ShownState shown;
-    shown.has_tool = pane.has_state;
-    shown.graphic = pane.state.step.graphic;
-    shown.wrench = pane.state.step.wrench;
-    const auto arrow = state.look.force ? forceArrow(shown, camera, place, scale) : std::nullopt;
+    const auto arrow = state.look.force ? forceArrow(shownState(pane), camera, place, scale) : std::nullopt;
     const auto tip = arrow ? camera.pixelOf(arrow->from + 1.08 * arrow->along, place) : std::nullopt;
+    const auto place_to_press = state.press_here ? camera.pixelOf(*state.press_here, place) : std::nullopt;
+    if (place_to_press) {
+      const ImVec2 at{static_cast<float>(place_to_press->x()), static_cast<float>(place_to_press->y())};
+      list.AddCircle(at, 0.7f * text, packed(theme.warning), 0, 2);
+      label(list, {at.x + text, at.y + 0.3f * text}, theme.warning, theme, "press here");
+    }
     if (tip) {
       char newtons[32];
       std::snprintf(newtons, sizeof newtons, "%.2f N", arrow->newtons);
@@ -385,6 +469,8 @@ void drawHelp(ViewerState& state, const Layout& layout) {
 void drawHint(const ViewerState& state, const Layout& layout, const Theme& theme) {
   const std::string all = "?: all keys";
   std::string text = state.message;
+  if (text.empty() && state.course.is_live && state.course.is_paused) text = "paused: Space goes on, N takes a step";
+  const bool is_hint = text.empty();
   if (text.empty()) {
     const float room = static_cast<float>(layout.scene.width) - 3 * ImGui::GetFontSize() - ImGui::CalcTextSize(all.c_str()).x;
     for (const HelpLine& line : helpLines(state)) {
@@ -401,7 +487,7 @@ void drawHint(const ViewerState& state, const Layout& layout, const Theme& theme
   const ImVec2 extent = ImGui::CalcTextSize(text.c_str());
   list.AddRectFilled({at.x - 0.4f * size, at.y - 0.2f * size}, {at.x + extent.x + 0.4f * size, at.y + extent.y + 0.25f * size},
                      packed(theme.panel, 0.6), 0.3f * size);
-  list.AddText(at, packed(state.message.empty() ? theme.text : theme.warning, 0.9), text.c_str());
+  list.AddText(at, packed(is_hint ? theme.text : theme.warning, 0.9), text.c_str());
 }
 
 }  // namespace
@@ -414,6 +500,7 @@ void drawPanels(ViewerState& state, const Layout& layout, double scale) {
   if (layout.panel.width > 1) drawSide(state, layout, theme);
   if (layout.plots.width > 1) drawPlots(state, layout.plots, theme);
   if (layout.scrubber.width > 1 && state.playback && state.panels) drawScrubber(*state.playback, layout.scrubber);
+  drawHovered(state, theme);
   drawHelp(state, layout);
 }
 

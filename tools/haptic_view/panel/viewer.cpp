@@ -9,18 +9,6 @@
 namespace spheretree::view {
 namespace {
 
-ShownState shownState(const Pane& pane) {
-  ShownState out;
-  out.has_tool = pane.has_state;
-  out.haptic = pane.state.step.haptic;
-  out.graphic = pane.state.step.graphic;
-  out.wrench = pane.state.step.wrench;
-  out.contacts = {pane.state.contacts.data(), pane.state.contact_count};
-  out.carriers = pane.carriers;
-  out.tissue = pane.tissue;
-  return out;
-}
-
 Viewport times(const Viewport& v, int samples) { return {v.x * samples, v.y * samples, v.width * samples, v.height * samples}; }
 
 }  // namespace
@@ -31,6 +19,10 @@ Viewer::Viewer(const Gl& gl, Interface& interface, ViewerState& state) : gl_(gl)
 
 void Viewer::frame(int width, int height, int samples, double seconds, GLuint target) {
   interface_.setTheme(state_.look.theme);
+  message_age_ = state_.message == message_ ? message_age_ + seconds : 0;
+  message_ = state_.message;
+  constexpr double kMessageTime = 10;  // [s]
+  if (message_age_ > kMessageTime) state_.message.clear();
   const Layout layout = layoutOf(state_, width, height, interface_.scale());
   applyControls(state_, layout, seconds);
   const Pane& first = state_.panes[0];
@@ -40,6 +32,7 @@ void Viewer::frame(int width, int height, int samples, double seconds, GLuint ta
     followed_ = at;
     has_followed_ = true;
   }
+  state_.look.marked = state_.panes.size() == 1 ? state_.selected : std::nullopt;
   drawPanels(state_, layout, interface_.scale());
 
   screen_.begin(width, height, samples);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "draw/scene_drawer.h"
@@ -29,6 +30,8 @@ class Viewer {
   Screen screen_;
   Eigen::Vector3d followed_ = Eigen::Vector3d::Zero();
   bool has_followed_ = false;
+  std::string message_;
+  double message_age_ = 0;  // for which it has been shown [s]
 };
 
 }  // namespace spheretree::view

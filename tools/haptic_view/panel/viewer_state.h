@@ -45,12 +45,21 @@ struct Pane {
   std::vector<std::string> notes;
 };
 
-/// A body with a hinge that can be steered.
-struct HingeControl {
+/// A value of the run that a slider can change: the angle of a hinge, or a setting of the rendering.
+struct ValueControl {
   std::string name;
-  double lowest = 0, highest = 0;  // [degree]
-  double now = 0;
-  std::optional<double> wish;  // empty: it follows the scene
+  const char* format = "%.1f deg";
+  double lowest = 0, highest = 0, now = 0;
+  std::optional<double> wish = {};  // empty: as the scene says
+};
+
+/// How a live run goes on. What a device does not do is told when it is asked for.
+struct RunCourse {
+  bool is_live = false, is_paused = false;
+  int slowness = 1;            // a step in one of as many periods
+  int wanted_steps = 0;        // in a pause, since the last frame
+  bool wants_restart = false;  // since the last frame
+  static constexpr int kSlowest = 32;
 };
 
 struct ViewerState {
@@ -62,20 +71,32 @@ struct ViewerState {
   Camera camera;
   bool fills_panes = false;  // each stage fills its pane; otherwise all have one scale
   bool panels = true, help = false, follow = false, frozen = false;
+  RunCourse course;
+  std::optional<Eigen::Vector3d> press_here;     // a place that the user may touch first [mm]
+  std::optional<std::size_t> hovered, selected;  // objects of the first pane
   double plot_seconds = 10;
   std::string recording;  // file that is currently written; empty: none
-  bool can_record = false;
+  bool can_record = false, can_capture = false;
+  std::string film;     // folder of the film that is being made; empty: none
   std::string message;  // shown for a moment at the lower edge
   // What the input controls.
   HandInput* hand = nullptr;  // null: this window does not control the tool
-  std::vector<HingeControl> hinges;
+  std::vector<ValueControl> hinges, settings;
+  std::vector<std::string> modes;  // of the rendering, to choose from: the one at the beginning, the other one; empty: no choice
+  bool is_other_mode = false, wants_other_mode = false;
   HandSource hand_source = HandSource::Mouse;
   Playback* playback = nullptr;  // null: no replay
   // Requests since the last frame.
-  bool wants_record = false, wants_quit = false;
+  bool wants_record = false, wants_quit = false, wants_picture = false, wants_film = false;
 
   bool hasPlots() const { return !panes.empty() && !panes[0].samples.empty(); }
 };
+
+/// What a drawer needs of a pane.
+ShownState shownState(const Pane& pane);
+
+/// Name and value of what is known about an object at this moment.
+std::vector<FigureLine> objectFigures(const Pane& pane, std::size_t object);
 
 /// The layout of a window [pixels].
 struct Layout {
@@ -89,8 +110,8 @@ struct CameraWish {
   std::optional<Eigen::Vector3d> from;  // direction from the target to the eye, not zero
   double within = 0;                    // radius of the visible ball around the tool [mm]; 0: automatic
 };
-/// firstCamera(), changed by the user's choices.
-Camera wishedCamera(const Stage& stage, std::optional<Eigen::Vector3d> tool, const CameraWish& wish, const Viewport& viewport);
+/// firstCamera() of the tool's pose, changed by the user's choices.
+Camera wishedCamera(const Stage& stage, const std::optional<Configuration>& tool, const CameraWish& wish, const Viewport& viewport);
 
 /// Points the camera at the first stage, from as far away as the whole of every pane needs.
 void frameWhole(ViewerState& state, const Viewport& viewport);
@@ -103,8 +124,9 @@ Camera cameraOf(const ViewerState& state, std::size_t pane);
 /// that equal places are seen at equal places; otherwise from centre to centre.
 Eigen::Vector3d shiftBetween(const Stage& first, const Stage& other);
 
-/// The initial camera of a stage: it shows the whole stage, or the surroundings of the tool if they are much smaller.
-/// Of several directions, the one in which the fewest balls hide the tool is used.
-Camera firstCamera(const Stage& stage, std::optional<Eigen::Vector3d> tool, const Viewport& viewport);
+/// The initial camera of a stage: it shows all teeth, in a scene that has teeth, or all objects; and the whole tool. If
+/// the objects are much larger than the tool, it shows the surroundings of the tool. Of several directions, the one in
+/// which the fewest balls hide tool and teeth is used.
+Camera firstCamera(const Stage& stage, const std::optional<Configuration>& tool, const Viewport& viewport);
 
 }  // namespace spheretree::view

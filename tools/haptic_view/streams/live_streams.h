@@ -27,6 +27,7 @@ inline constexpr std::size_t kMaxContacts = 16;  // more than a step can have
 /// The data of one servo step that a picture shows.
 struct LiveState {
   player::RecordedStep step;
+  std::uint32_t restarts = 0;  // of the run, before this step
   std::uint32_t contact_count = 0;
   std::array<ShownContact, kMaxContacts> contacts{};
 };
@@ -50,11 +51,21 @@ struct HingeWishes {
   }
 };
 
+/// Requested settings of the rendering, from the view's thread to that of the steps; NaN: as the scene says.
+struct SettingWishes {
+  std::atomic<double> stiffness, damping, friction;  // of the coupling [N/mm, N s/mm]; Coulomb's coefficient, of all objects
+  std::atomic<bool> other_mode{false};               // the mode that the run did not begin with
+  SettingWishes() {
+    for (auto* wish : {&stiffness, &damping, &friction}) wish->store(std::numeric_limits<double>::quiet_NaN());
+  }
+};
+
 struct LiveStreams {
   TripleBuffer<LiveState> state;
   StepRing<player::RecordedStep> steps{kStepRing};
   TripleBuffer<HandTarget> hand;
   HingeWishes hinges;
+  SettingWishes settings;
 };
 
 }  // namespace spheretree::view

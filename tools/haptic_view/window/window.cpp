@@ -127,4 +127,12 @@ std::optional<GamepadState> Window::gamepad() const {
   return std::nullopt;
 }
 
+std::string Window::gamepadIdentity() const {
+  GLFWgamepadstate state;
+  for (int pad = GLFW_JOYSTICK_1; pad <= GLFW_JOYSTICK_LAST; ++pad)
+    if (glfwGetGamepadState(pad, &state))
+      if (const char* identity = glfwGetJoystickGUID(pad)) return identity;
+  return "";
+}
+
 }  // namespace spheretree::view

@@ -49,6 +49,8 @@ class Window {
   void present();
   /// The state of the first gamepad, if there is one.
   std::optional<GamepadState> gamepad() const;
+  /// Its identity, as idsOfGamepad() reads it; empty if there is no gamepad.
+  std::string gamepadIdentity() const;
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -94,8 +94,21 @@ class Device {
   /// out of range.
   void start(Renderer& renderer, const SafetySettings& safety, Clock clock);
 
-  /// Runs one servo step; Clock::Stepped only. Returns false, and does nothing, if the phase is not Running.
+  /// Lets one period pass, with its servo step; Clock::Stepped only. Returns false, and does nothing, if the phase is
+  /// not Running.
   bool step() noexcept;
+
+  /// How often servo steps are taken, for a run that is watched: in one of `periods` periods; 1: in each, as after
+  /// start(); 0: in none, a pause. Steps stay the same: DeviceState::time leaves out the periods between them. A device
+  /// with a clock of its own, whose hand does not slow down, takes 1 and 0 only. Its pause is a zero wrench without the
+  /// renderer, after which forces return as after a release. Returns false, and changes nothing, otherwise.
+  bool setPace(std::uint32_t periods) noexcept;
+  /// One servo step more during a pause. Returns false for a device with a clock of its own.
+  bool stepOnce() noexcept;
+  /// The next servo step is the first one again, also in a pause: the input, the time and the safety rules begin anew,
+  /// and the renderer sees DeviceState::restarted. status() keeps counting. Returns false for a device with a clock of
+  /// its own: nobody can put its handle back.
+  bool restart() noexcept;
 
   /// Sends zero, stops, and waits for the device's thread. May be called repeatedly, but not from render().
   void stop() noexcept;
@@ -121,22 +134,30 @@ class Device {
   virtual void begin(Clock) {}
   /// One servo step of a device without a clock of its own: read, tick(), act. Returns false at the end of the input.
   virtual bool advance() noexcept = 0;
+  /// Back to the beginning of the input, for restart().
+  virtual void rewind() noexcept {}
   /// Sets a zero wrench and stops the hardware; tick() is not called afterwards.
   virtual void end() noexcept {}
   /// True if begin() starts a clock that calls tick() every kServoPeriod; advance() is then never called.
   virtual bool hasOwnClock() const noexcept { return false; }
 
+  bool isDue() noexcept;
   bool advanceOnce() noexcept;
   void runRealTime() noexcept;
 
   Renderer* renderer_ = nullptr;
+  SafetySettings safety_settings_;
   Safety safety_;
   Clock clock_ = Clock::Stepped;
   std::int64_t started_ns_ = 0;
-  double last_time_ = 0;  // of a servo step [s]
+  double last_time_ = 0;          // of a servo step [s]
+  std::uint64_t first_tick_ = 0;  // of status().ticks, since start() or restart()
+  std::uint32_t waited_ = 0;      // periods since the last servo step
+  bool restarted_ = false;
   std::thread thread_;
   bool started_ = false;
-  std::atomic<bool> stop_{false}, rearm_{false};
+  std::atomic<bool> stop_{false}, rearm_{false}, restart_{false};
+  std::atomic<std::uint32_t> pace_{1}, single_steps_{0};
   std::atomic<Phase> phase_{Phase::Stopped};
   std::atomic<DeviceFault> fault_{DeviceFault::None};
   std::atomic<std::int32_t> vendor_code_{0};

@@ -17,6 +17,7 @@ class ReplayDevice final : public Device {
 
  private:
   void begin(Clock) override { next_ = 0; }
+  void rewind() noexcept override { next_ = 0; }
   bool advance() noexcept override;
 
   std::vector<Configuration> poses_;

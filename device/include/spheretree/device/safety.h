@@ -22,6 +22,7 @@ struct DeviceState {
   bool failed = false;        // communication, timer or hardware fault: this is the last step of the run
   Wrench added;               // added by passivity control to the wrench of the step before; zero if it was inactive
   double debt = 0;            // energy that passivity control has yet to remove; negative: none [mJ]
+  bool restarted = false;     // the first step after Device::restart(): nothing of the steps before counts
 };
 
 /// The answer of a renderer.

@@ -77,7 +77,8 @@ class SimulatedDevice final : public Device {
   struct Body {
     Eigen::Vector3d position, velocity = Eigen::Vector3d::Zero();  // [mm, mm/s]
   };
-  void begin(Clock) override;
+  void begin(Clock) override { rewind(); }
+  void rewind() noexcept override;
   bool advance() noexcept override;
   DeviceState measured() const noexcept;
   Wrench commanded(const Wrench& wrench) const noexcept;

@@ -111,7 +111,7 @@ struct CompiledScene;
 class Scene {
  public:
   Scene();
-  explicit Scene(std::unique_ptr<const CompiledScene> compiled);
+  explicit Scene(std::unique_ptr<CompiledScene> compiled);
   ~Scene();
   Scene(Scene&&) noexcept;
   Scene& operator=(Scene&&) noexcept;
@@ -126,10 +126,12 @@ class Scene {
   /// Memory of the compiled scene [bytes].
   std::size_t byteCount() const;
 
-  const CompiledScene& compiled() const { return *compiled_; }  // for the library's own parts
+  // For the library's own parts; changes only between steps.
+  const CompiledScene& compiled() const { return *compiled_; }
+  CompiledScene& compiled() { return *compiled_; }
 
  private:
-  std::unique_ptr<const CompiledScene> compiled_;
+  std::unique_ptr<CompiledScene> compiled_;
 };
 
 /// Checks the description and compiles it. Returns false if a tree is unsound (findFault), a pose is not finite, or a
