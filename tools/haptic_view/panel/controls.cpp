@@ -169,7 +169,7 @@ void applyControls(ViewerState& state, const Layout& layout, double seconds) {
   }
   if (state.hand) applyHandKeys(state, seconds);
   if (state.course.is_live) applyCourseKeys(state.course);
-  if (pressed(keyOf('Z'))) state.frozen = !state.frozen;
+  if (state.course.is_live && pressed(keyOf('Z'))) state.frozen = !state.frozen;
   if (state.can_record && pressed(keyOf('R'))) state.wants_record = true;
 }
 
