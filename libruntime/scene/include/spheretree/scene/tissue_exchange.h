@@ -18,8 +18,8 @@ inline constexpr int kQuiet = 100;  // consecutive states without forces after w
 
 class TissueExchange {
  public:
-  /// The tissue of `scene`, which must outlive the object. Returns null, with a sentence in `fault`, if a solver refuses
-  /// the tissue of an object.
+  /// The tissue of `scene`, which must outlive the object. Returns null, with a sentence in `fault`, if a solver cannot
+  /// handle the tissue of an object.
   static std::unique_ptr<TissueExchange> make(const runtime::Scene& scene, std::string& fault);
 
   /// True if the scene has no soft tissue.
