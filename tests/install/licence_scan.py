@@ -18,7 +18,7 @@ from layers import WINGS
 CODE = {".cpp", ".h", ".hpp", ".c", ".py", ".sh", ".cmake", ".in", ".map", ".txt"}
 NAMES = {"CMakeLists.txt", ".clang-tidy", ".editorconfig", ".ci/run"}
 SKIPPED_FOLDERS = {".git", "build", "out", ".cache"}
-PERMISSIVE = ("libruntime/", "formats/", "device/", "samples/make_samples/", "tools/python/core/", "tools/python/spheretree/", "tools/scene/")
+PERMISSIVE = ("libruntime/", "formats/", "device/", "samples/make_samples/", "tools/python/core/", "tools/python/spheretree/")
 COPYLEFT = ("libspheretree/", "tools/spheretree/", "tools/python/builder/", "tools/robot/")
 NETWORK_COPYLEFT = ("tools/voronoi_oracle/", "tools/tetrahedra/")
 BUILDER_WINGS = "|".join(wing for wing in WINGS["libspheretree"] if wing != ".")

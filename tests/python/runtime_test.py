@@ -109,16 +109,34 @@ def test_scenes_that_cannot_be_are_refused(ball, plate, tmp_path):
         spheretree.Renderer(spheretree.Scene(ball, [plate]), mode="free")
     with pytest.raises(spheretree.FileError):
         spheretree.Scene.load(tmp_path / "none.json")
+    for entry, says in [({"pose": [0, 0, 0]}, r"objects\[0\] has no tree"), ({"tree": plate, "colour": 1}, "key colour")]:
+        with pytest.raises(ValueError, match=says):
+            spheretree.Scene(ball, [entry])
+    with pytest.raises(TypeError, match=r'objects\[0\]\["friction"\] must be a number'):
+        spheretree.Scene(ball, [{"tree": plate, "friction": "much"}])
+    with pytest.raises(TypeError, match="SphereTree, or the path"):
+        spheretree.Scene(ball, [{"tree": 7}])
+    with pytest.raises(spheretree.FormatError, match="the scene"):
+        spheretree.Scene.load({"schema": "spheretree.scene/1"})
 
 
-def test_a_scene_file_keeps_friction_and_bodies(ball, plate, tmp_path):
+def test_a_scene_file_keeps_friction_and_bodies(ball, plate, tmp_path, monkeypatch):
     ball.save(tmp_path / "ball.stree")
     plate.save(tmp_path / "plate.stree")
     (tmp_path / "scene.json").write_text(json.dumps({
         "schema": "spheretree.scene/1", "tool": {"name": "ball", "tree": "ball.stree"}, "coupling": {"translation_n_per_mm": 1, "rotation_n_mm_per_rad": 1000},
         "bodies": [{"name": "lift", "hinge": {"point_mm": [0, 0, 0], "axis": [1, 0, 0], "angle_deg": [[0, 0]]}}],
         "objects": [{"name": "plate", "tree": "plate.stree", "body": "lift", "friction": 0.3}]}))
-    renderer = spheretree.Renderer(spheretree.Scene.load(tmp_path / "scene.json"))
+    text = json.loads((tmp_path / "scene.json").read_text())
+    monkeypatch.chdir(tmp_path)
+    dragged = {"tree": plate, "friction": 0.3, "body": 1}
+    for scene in (spheretree.Scene.load(tmp_path / "scene.json"), spheretree.Scene.load(tmp_path), spheretree.Scene.load(text),
+                  spheretree.Scene(ball, [dragged]), spheretree.Scene(ball, [dragged | {"tree": tmp_path / "plate.stree"}]),
+                  spheretree.Scene(ball, [{"tree": plate, "body": 1}], tool_friction=0.3)):
+        drag_and_lift(spheretree.Renderer(scene), ball)
+
+
+def drag_and_lift(renderer, ball):
     pressed(renderer, 1, ball)
     for x in np.linspace(0, 3, 300):  # dragged: mu N against it
         step = renderer.step([x, 0, -lowest(ball) - 1])
@@ -128,3 +146,49 @@ def test_a_scene_file_keeps_friction_and_bodies(ball, plate, tmp_path):
     assert renderer.step([3, 0, -lowest(ball) - 1]).force[2] == pytest.approx(1.5, abs=0.03)
     with pytest.raises(ValueError, match="body 2"):
         renderer.move_body(2, [0, 0, 0])
+
+
+def test_objects_that_yield_and_a_damper(ball, plate):
+    step = pressed(spheretree.Renderer(spheretree.Scene(ball, [{"tree": plate, "stiffness": 1.0}])), 0.8, ball)
+    assert step.force[2] == pytest.approx(0.4, abs=0.02)  # two springs of 1 N/mm in series
+    damped = spheretree.Renderer(spheretree.Scene(ball, [plate], damping=0.01))
+    pressed(damped, 0.5, ball)
+    # A motion of 0.1 mm in 1 ms: 0.01 N s/mm times 100 mm/s.
+    assert damped.step([0, 0, -lowest(ball) - 0.6]).force[2] == pytest.approx(0.6 + 1, abs=0.03)
+
+
+def test_an_object_is_switched_off_and_on(ball, plate):
+    renderer = spheretree.Renderer(spheretree.Scene(ball, [plate]))
+    at = [0, 0, -lowest(ball) - 0.8]
+    pressed(renderer, 0.8, ball)
+    renderer.set_active(0, False)
+    for _ in range(50):
+        off = renderer.step(at)  # the force ends gradually
+    assert not off.force.any() and not off.contacts and off.pairs == 0
+    renderer.reset()
+    renderer.step([0, 0, 9])
+    renderer.set_active(0, True)
+    assert pressed(renderer, 0.8, ball).force[2] > 0.7
+    with pytest.raises(IndexError, match="no object 1"):
+        renderer.set_active(1, False)
+
+
+def test_distances_have_bounds(ball, plate):
+    renderer = spheretree.Renderer(spheretree.Scene(ball, [(plate, [0, 0, -5])]))
+    found = renderer.distance(0, [0, 0, 9])
+    gap = 9 + lowest(ball) + 5  # from the lowest leaf to the plane z = -5
+    assert gap - 0.2 < found.lower <= gap and gap <= found.upper < gap + 2
+    assert found.on_tool[2] == pytest.approx(9 + lowest(ball), abs=1e-3) and found.on_object[2] == pytest.approx(-5, abs=1e-3)
+    assert renderer.distance(0, [0, 0, 9], limit=2).lower == 2
+    assert np.array_equal(renderer.object_pose(0), [0, 0, -5, 1, 0, 0, 0])
+    for ask in (lambda: renderer.distance(1, [0, 0, 9]), lambda: renderer.object_pose(1)):
+        with pytest.raises(IndexError, match="no object 1"):
+            ask()
+    with pytest.raises(ValueError, match="finite"):
+        renderer.distance(0, [np.nan, 0, 0])
+
+
+def test_results_describe_themselves(ball, plate):
+    step = pressed(spheretree.Renderer(spheretree.Scene(ball, [plate])), 0.8, ball)
+    assert repr(step).startswith("<spheretree.Step: tool at (") and "contact" in repr(step) and " N" in repr(step)
+    assert repr(step.contacts[0]).startswith("<spheretree.Contact: object 0, triangle ")

@@ -286,6 +286,9 @@ TEST(Step, AllocatesNothing) {
                   }
                   if (n % 10 == 0) {
                     EXPECT_TRUE(moveObject(1, {test::randomPoint(random, 3), haptic.orientation}, *rig.workspace));
+                    EXPECT_TRUE(setActive(0, n % 20 == 0, *rig.workspace));
+                    Distance found;
+                    EXPECT_TRUE(distance(1, haptic, 100, *rig.workspace, found));
                   }
                 }
                 reset(*rig.workspace);

@@ -479,6 +479,17 @@ case_batch_regions() {
   spot 2 ', {"name": "beside", "box": {"low_mm": [304, -99, -99], "high_mm": [305, 99, 99]}, "tolerance_mm": 0.5}'
   expect 0 batch site.scene.json -o site
   says "1 built, 2 unchanged, 0 failed" out
+  # Regions that change nothing are reported, each once, and objects that use none.
+  spot 2 ', {"name": "lost", "sphere": {"centre_mm": [0, 0, 900], "radius_mm": 5}, "tolerance_mm": 0.5}'
+  expect 0 batch site.scene.json -o site
+  says 'work\[1\] (lost) touches no object: the nearest is [a-z]*, [0-9.]* mm away' err
+  [ "$(grep -c "touches no object" err)" -eq 1 ] || fail "another region"
+  sed 's/"mesh": "large.obj"/"mesh": "large.obj", "builder": "octree"/' site.scene.json >octree.scene.json
+  expect 5 batch octree.scene.json -o octree
+  says 'work has no effect on large: a published builder' err
+  sed 's/, "tolerance_mm": 4}/}/; s/, "tolerance_mm": 4,/,/' site.scene.json >whole.scene.json
+  expect 0 batch whole.scene.json -o whole --dry-run
+  says 'work has no effect on large: without a tolerance_mm' err
   # What is missed is said with its region.
   spot 0.0001 ""
   expect 5 batch site.scene.json -o site
@@ -513,12 +524,14 @@ case_batch_chart() {
   grep -c '"chosen": false' out_t/report.json | grep -qx 16 || fail "not a row for each of two tolerances"
 }
 
-# Every command of docs/tutorial.md, and the scene of its step 2. Arguments: make_samples, haptic-player, the page.
+# Every command of docs/tutorial.md, and the scene of its step 2. Arguments: make_samples, haptic-player, the page,
+# make_scans.
 case_batch_tutorial() {
   mkdir bin
   ln -s "$program" bin/spheretree
   ln -s "$1" bin/make_samples
   ln -s "$2" bin/haptic-player
+  ln -s "$4" bin/make_scans
   PATH=$PWD/bin:$PATH
   sed -n 's/^    //p' "$3" >lines
   commands=0
@@ -533,7 +546,9 @@ case_batch_tutorial() {
         ;;
     esac
   done <lines
-  [ $commands -eq 7 ] || fail "the tutorial has $commands commands, not 7"
+  [ $commands -eq 10 ] || fail "the tutorial has $commands commands, not 10"
+  says '"tooth_16"' patient/mouth.scene.json
+  says '"tooth_46"' mouth/drafted.scene.json
   says '"overhang_mm"' compiled/report.json
   says 'tooth_46' page.html
   sed 's/"tool"/"defaults": {"quality": "quick"}, "tool"/' mouth/first.scene.json >mouth/quick.scene.json

@@ -94,8 +94,21 @@ case_player_usage() {
     expect 2 --seconds 0.01 --clock stepped $bad
     says "${bad%% *} is for --view" err
   done
-  expect 2 --seconds 0.01 --clock stepped --mode paper --contact leaves
-  says "--contact is for --mode constrained" err
+  for bad in "--contact leaves" "--tissue small"; do
+    # shellcheck disable=SC2086
+    expect 2 --seconds 0.01 --clock stepped --mode paper $bad
+    says "${bad%% *} is for --mode constrained" err
+  done
+  for bad in "--seconds 3" "--mode paper" "--clock stepped" "--device simulated" "--trajectory path.csv" "--record run.csv" "--json" \
+    "--tissue small" "--contact leaves" "--hand firm" "--passivity-control" "--hand-from mouse" "--check-realtime"; do
+    # shellcheck disable=SC2086
+    expect 2 --replay run.csv --picture work/a.png $bad
+    says "${bad%% *} is for a run, and --replay" err
+  done
+  expect 2 --picture work/a.png --clock real
+  says "--clock real is not for --picture" err
+  expect 2 --seconds 0.01 --clock stepped --force
+  says "--force is for --out and --picture" err
   expect 2 --picture work/a.png --from 1,2
   says "--from needs 3 values, and got 2" err
   expect 0 --version

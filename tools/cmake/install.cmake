@@ -6,6 +6,10 @@ set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/spheretree)
 
 set(permissive_targets spheretree_core spheretree_runtime spheretree_runtime_c spheretree_tissue)
 set(permissive_headers libruntime/core/include/ libruntime/runtime/include/ libruntime/tissue/include/)
+if(TARGET spheretree_scene)
+  list(APPEND permissive_targets spheretree_scene spheretree_scene_c)
+  list(APPEND permissive_headers libruntime/scene/include/)
+endif()
 foreach(room IN ITEMS formats device)
   if(TARGET spheretree_${room})
     list(APPEND permissive_targets spheretree_${room})
@@ -16,6 +20,19 @@ install(TARGETS ${permissive_targets} EXPORT spheretree_targets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(DIRECTORY ${permissive_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT spheretree_targets NAMESPACE spheretree:: DESTINATION ${package_folder})
+
+# For programs in C and others, without CMake: `pkg-config --cflags --libs spheretree-runtime`. The paths are relative
+# to the file, so that an installation can be moved.
+set(pkgconfig_folder ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+file(RELATIVE_PATH pkgconfig_to_prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
+function(install_pkgconfig name library description)
+  configure_file(tools/cmake/library.pc.in ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc @ONLY)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc DESTINATION ${pkgconfig_folder})
+endfunction()
+install_pkgconfig(spheretree-runtime spheretree_runtime "Haptic steps on sphere-trees, in C")
+if(TARGET spheretree_scene_c)
+  install_pkgconfig(spheretree-scene spheretree_scene "Haptic steps on sphere-trees with scene files, soft tissue and distances, in C")
+endif()
 
 if(SPHERETREE_BUILDER)
   # CGAL is headers only and stays behind; what its arithmetic links does not.

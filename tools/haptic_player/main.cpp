@@ -74,6 +74,11 @@ void refuseUnseenOptions(const CLI::App& cli, const Options& options) {
   if (!options.view.view && cli.count("--hand-from") > 0) throw UsageError("--hand-from is for --view");
   if (options.mode == "paper" && cli.count("--contact") > 0)
     throw UsageError("--contact is for --mode constrained: the published algorithm knows only leaves");
+  if (options.mode == "paper" && cli.count("--tissue") > 0)
+    throw UsageError("--tissue is for --mode constrained: to the published algorithm everything is rigid");
+  if (!options.view.picture.empty() && options.view.replay.empty() && options.clock == "real" && cli.count("--clock") > 0)
+    throw UsageError("--clock real is not for --picture: pictures are those of a stepped run");
+  if (options.force && options.out.empty() && options.view.picture.empty()) throw UsageError("--force is for --out and --picture");
 }
 
 int runBench(const CLI::App& cli, const Options& options, WorkProgress& progress) try {
@@ -161,6 +166,14 @@ bool heldRealTime(nlohmann::ordered_json& summary, bool json) {
   return held;
 }
 
+/// Refuses options of a run beside a recording, which is shown as it was.
+void refuseRunOptions(const CLI::App& cli) {
+  for (const char* name :
+       {"--device", "--trajectory", "--mode", "--contact", "--tissue", "--clock", "--seconds", "--check-realtime", "--hand",
+        "--passivity-control", "--hd-library", "--hd-device", "--hd-calibrate", "--hd-gimbal-torque", "--hand-from", "--record", "--json"})
+    if (cli.count(name) > 0) throw UsageError(std::string(name) + " is for a run, and --replay shows one that was recorded");
+}
+
 /// Refuses options that only another device uses.
 void refuseStrayOptions(const CLI::App& cli, const std::string& device) {
   for (const char* name : {"--hd-library", "--hd-device", "--hd-calibrate", "--hd-gimbal-torque"})
@@ -170,6 +183,7 @@ void refuseStrayOptions(const CLI::App& cli, const std::string& device) {
 
 int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) {
   PlaySettings& play_settings = options.play;
+  if (!options.view.replay.empty()) refuseRunOptions(cli);
   play_settings.contact = contactOf(options);
   // In a window the hand follows an input; the trajectory then gives its start or, with --hand-from file, its path.
   const bool is_driven = play_settings.trajectory.empty() || options.view.view;

@@ -69,8 +69,10 @@ CompiledShape compileShape(const SphereTree& file, bool has_skin) {
   shape.leaves = std::move(leaves.tree);
   shape.nodes = std::move(leaves.nodes);
   shape.radius = static_cast<double>(search.inner[0].radius);
+  shape.overhang = file.statistics.back().overhang_bound;
   if (has_skin && !file.skin.empty()) {
     shape.skin = compileSkin(file.skin, origin - shape.centre);
+    shape.mesh_distance = file.skin.mesh_distance;
     const Sphere& root = file.skin.search.inner[0];
     shape.radius = std::max(shape.radius, (centreOf(root) + origin - shape.centre).norm() + static_cast<double>(root.radius));
   }
@@ -129,6 +131,7 @@ std::string compileTool(const SceneDescription& d, CompiledScene& out) {
   const Sphere& root = out.tool.spheres[0];
   out.tool_root = centreOf(root);
   out.tool_root_radius = static_cast<double>(root.radius);
+  out.tool_overhang = d.tool.statistics.back().overhang_bound;
   if (!(out.tool.reach <= kFarthest))
     return "a sphere is " + std::to_string(out.tool.reach) + " mm from the reference point; at most 1e7 mm";
   return {};

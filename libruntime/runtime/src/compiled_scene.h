@@ -24,6 +24,8 @@ struct CompiledShape {
   Eigen::Vector3d centre;                     // origin of the compiled shape, in the frame of the mesh [mm]
   std::shared_ptr<const TissueModel> tissue;  // null: rigid
   double radius = 0;                          // of a ball about the centre that contains leaves and skin [mm]
+  float overhang = kUnproven;                 // proven: no leaf reaches farther out of the mesh [mm]
+  float mesh_distance = 0;                    // proven: two-sided distance of the skin's flat triangles and the mesh [mm]
 };
 
 struct CompiledObject {
@@ -41,8 +43,9 @@ struct CompiledScene {
   std::vector<std::uint32_t> tool_nodes;  // (leaf) node index in the tool's SphereTree
   std::vector<std::uint32_t> tool_parts;  // (slot) connected part of a leaf: if none of its leaves is in a skin, all are on the same side
   std::uint32_t tool_part_count = 0;
-  Eigen::Vector3d tool_root;    // centre of its root relative to the reference point, tool axes [mm]
-  double tool_root_radius = 0;  // [mm]
+  Eigen::Vector3d tool_root;        // centre of its root relative to the reference point, tool axes [mm]
+  double tool_root_radius = 0;      // [mm]
+  float tool_overhang = kUnproven;  // proven: no leaf reaches farther out of the tool's mesh [mm]
   std::vector<CompiledShape> shapes;
   std::vector<CompiledObject> objects;
   std::uint32_t body_count = 1;  // including the world, body 0

@@ -113,6 +113,25 @@ bool moveObject(std::size_t object, const Configuration& pose, Workspace& worksp
   return true;
 }
 
+bool setActive(std::size_t object, bool is_active, Workspace& workspace) noexcept {
+  StepMemory& memory = workspace.memory();
+  if (object >= memory.objects.size()) return false;
+  switchObject(object, is_active, memory);
+  return true;
+}
+
+bool isActive(std::size_t object, const Workspace& workspace) noexcept { return workspace.memory().isActive(object); }
+
+Configuration objectPose(std::size_t object, const Workspace& workspace) noexcept {
+  const StepMemory& memory = workspace.memory();
+  const CompiledObject& at_home = memory.at_home[object];
+  const Configuration& body = memory.bodies[at_home.body].pose();
+  Configuration home;  // relative to its body
+  home.orientation = Quaternion(at_home.rotation);
+  home.position = at_home.anchor - at_home.rotation * memory.scene.shapes[at_home.shape].centre;
+  return composed(body, home);
+}
+
 bool moveBody(std::uint32_t body, const Configuration& pose, Workspace& workspace, const Displacement& velocity) noexcept {
   StepMemory& memory = workspace.memory();
   const bool is_known = body > 0 && body < memory.bodies.size();

@@ -169,8 +169,7 @@ void LinearTissue::placeView(std::size_t object) {
   view.motion = static_cast<float>(motion_ + kRefitMm);
   view.behind = static_cast<float>(kBehind);
   view.in_front = in_front_.data();
-  put(memory_.object_roots[object / 8], object % 8, memory_.objects[object].anchor,
-      static_cast<float>(skin.radius() * (1 + 1e-6)) + view.motion);
+  memory_.placeRoot(object, static_cast<float>(skin.radius() * (1 + 1e-6)) + view.motion);
 }
 
 std::uint32_t LinearTissue::keepNear(const Configuration& pose, double margin, PairSet& set) {

@@ -158,6 +158,16 @@ void bringNear(const Eigen::Vector3d& centre, double reach, StepMemory& memory) 
   }
 }
 
+void switchObject(std::size_t i, bool is_active, StepMemory& memory) {
+  if (memory.isActive(i) == is_active) return;
+  memory.feelSkin(i);
+  if (!is_active) return memory.switchOff(i);
+  show(memory.bodies[memory.objects[i].body], memory);
+  follow(i, memory);
+  memory.switchOn(i);
+  memory.sides_known = false;  // the tool may be anywhere, inside of it too
+}
+
 void placeObject(std::size_t i, const Configuration& pose, StepMemory& memory) {
   show(memory.bodies[memory.objects[i].body], memory);
   follow(i, memory);

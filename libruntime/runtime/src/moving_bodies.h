@@ -16,7 +16,9 @@ struct StepMemory;
 /// Makes the balls of all bodies, once the objects are where they begin. Cost: about 10 ns an object.
 void encloseBodies(StepMemory& memory);
 /// Moves an object to a pose at once.
-void placeObject(std::size_t object, const Configuration& pose, StepMemory& memory);
+[[gnu::cold]] void placeObject(std::size_t object, const Configuration& pose, StepMemory& memory);
+/// Switches an object on, where its body is now, or off.
+[[gnu::cold]] void switchObject(std::size_t object, bool is_active, StepMemory& memory);
 /// Places the views of the object where its body is now.
 void follow(std::size_t object, StepMemory& memory);
 

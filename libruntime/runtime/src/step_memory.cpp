@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <new>
 #include <utility>
 
@@ -77,11 +78,24 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
 void StepMemory::placeViews(std::size_t i) {
   const CompiledObject& object = objects[i];
   const CompiledShape& shape = scene.shapes[object.shape];
-  put(object_roots[i / 8], i % 8, object.anchor, static_cast<float>(shape.radius * (1 + 1e-6)));
+  placeRoot(i, static_cast<float>(shape.radius * (1 + 1e-6)));
   farthest_anchor = std::max(farthest_anchor, object.anchor.norm());
   leaf_views[i] = viewOf(object, shape.leaves);
   views[i] = feelsSkin(i) ? skinView(i) : leaf_views[i];
   if (tissue) tissue->placeView(i);
+}
+
+void StepMemory::placeRoot(std::size_t i, float radius) {
+  put(object_roots[i / 8], i % 8, objects[i].anchor, isActive(i) ? radius : std::numeric_limits<float>::quiet_NaN());
+}
+
+bool StepMemory::isActive(std::size_t i) const { return !std::isnan(object_roots[i / 8].r[i % 8]); }
+
+void StepMemory::switchOff(std::size_t i) { object_roots[i / 8].r[i % 8] = std::numeric_limits<float>::quiet_NaN(); }
+
+void StepMemory::switchOn(std::size_t i) {
+  object_roots[i / 8].r[i % 8] = 0;
+  placeViews(i);
 }
 
 ObjectView StepMemory::skinView(std::size_t object) const {

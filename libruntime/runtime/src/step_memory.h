@@ -95,6 +95,12 @@ struct StepMemory {
   bool feelsSkin(std::size_t object) const { return views[object].patches != nullptr; }
   /// Places the views of the object where objects[object] says.
   void placeViews(std::size_t object);
+  /// Places its bounding sphere, of this radius, where objects[object] says. It stays switched off if it is.
+  void placeRoot(std::size_t object, float radius);
+  /// The root of an object that is switched off has NaN for its radius: no search finds it.
+  bool isActive(std::size_t object) const;
+  void switchOff(std::size_t object);
+  void switchOn(std::size_t object);
   /// False while its leaves are used, which are those of a rigid object.
   bool isTissue(std::size_t object) const { return tissue && feelsSkin(object) && tissue->has(object); }
   void feelLeaves(std::size_t object);

@@ -2,25 +2,18 @@
 #include "run/body_paths.h"
 
 #include <algorithm>
-#include <cmath>
-
-#include "spheretree/formats/trajectory.h"
+#include <utility>
 
 namespace spheretree::player {
 
-BodyPaths::BodyPaths(const formats::SceneFile& scene, const std::filesystem::path& scene_path) {
-  for (const formats::SceneBody& body : scene.bodies) {
-    Path path;
-    if (!body.hinge) {
-      path.poses = formats::readTrajectory(formats::scenePath(scene_path, body.pose_csv)).poses;
-    } else {
-      path.hinge = *body.hinge;
-      if (hinged_.size() < kMaxHinges) {
-        path.number = hinged_.size();
-        const auto [low, high] = std::minmax_element(path.hinge.angles.begin(), path.hinge.angles.end(),
-                                                     [](const auto& a, const auto& b) { return a.degree < b.degree; });
-        hinged_.push_back({body.name, low->degree, high->degree});
-      }
+BodyPaths::BodyPaths(const formats::SceneFile& file, const std::filesystem::path& scene_path) {
+  for (scene::BodyPath& read : scene::readBodyPaths(file, scene_path)) {
+    Path path{{std::move(read)}};
+    if (path.poses.empty() && hinged_.size() < kMaxHinges) {
+      path.number = hinged_.size();
+      const auto [low, high] = std::minmax_element(path.hinge.angles.begin(), path.hinge.angles.end(),
+                                                   [](const auto& a, const auto& b) { return a.degree < b.degree; });
+      hinged_.push_back({file.bodies[bodies_.size()].name, low->degree, high->degree});
     }
     bodies_.push_back(std::move(path));
   }
@@ -35,10 +28,7 @@ HingeAngles BodyPaths::anglesAt(double t) const noexcept {
 
 Configuration BodyPaths::at(std::size_t body, double t, const HingeAngles& angles) const noexcept {
   const Path& path = bodies_[body - 1];
-  if (path.poses.empty())
-    return formats::hingePose(path.hinge, path.number < kMaxHinges ? angles[path.number] : formats::hingeAngle(path.hinge, t));
-  const double last = static_cast<double>(path.poses.size() - 1);
-  return path.poses[static_cast<std::size_t>(std::clamp(std::round(1000 * t), 0.0, last))];
+  return path.number < kMaxHinges ? formats::hingePose(path.hinge, angles[path.number]) : path.at(t);
 }
 
 void BodyPaths::moveTo(double t, const HingeAngles& angles, runtime::Workspace& workspace) const noexcept {

@@ -10,6 +10,7 @@
 
 #include "spheretree/formats/scene_file.h"
 #include "spheretree/runtime/step.h"
+#include "spheretree/scene/describe_scene.h"
 #include "streams/recorded_step.h"
 
 namespace spheretree::player {
@@ -18,7 +19,7 @@ class BodyPaths {
  public:
   BodyPaths() = default;
   /// @throws formats::FileError, formats::FormatError
-  BodyPaths(const formats::SceneFile& scene, const std::filesystem::path& scene_path);
+  BodyPaths(const formats::SceneFile& file, const std::filesystem::path& scene_path);
 
   bool empty() const { return bodies_.empty(); }
   /// The first kMaxHinges bodies with a hinge, in the order of the scene.
@@ -38,9 +39,7 @@ class BodyPaths {
   std::vector<Configuration> posesAt(double t, const HingeAngles& angles) const;
 
  private:
-  struct Path {
-    std::vector<Configuration> poses;  // one for each ms; empty: the hinge is used
-    formats::Hinge hinge;
+  struct Path : scene::BodyPath {
     std::size_t number = kMaxHinges;  // index in hinged(); kMaxHinges: not in it
   };
   std::vector<Path> bodies_;

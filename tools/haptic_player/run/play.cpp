@@ -20,7 +20,6 @@
 #include "probe.h"
 #include "run/body_paths.h"
 #include "run/servo_loop.h"
-#include "scene/describe_scene.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/device/emergency_stop.h"
 #include "spheretree/device/phantom_device.h"
@@ -30,6 +29,7 @@
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/scene_file.h"
 #include "spheretree/formats/trajectory.h"
+#include "spheretree/scene/describe_scene.h"
 #include "terminal.h"
 
 namespace spheretree::player {

@@ -12,12 +12,11 @@
 #include <vector>
 
 #include "spheretree/runtime/step.h"
-#include "spheretree/tissue/moving_tissue.h"
+#include "spheretree/scene/tissue_exchange.h"
 #include "streams/triple_buffer.h"
 
 namespace spheretree::player {
 
-inline constexpr int kQuiet = 100;                 // consecutive states without forces after which tissue is at rest
 inline constexpr std::uint64_t kTissueTicks = 10;  // ticks between states in lock step
 
 /// For a view: displacements of the nodes of each object, empty if it is rigid [mm].
@@ -37,7 +36,7 @@ class TissueMotion {
   TissueMotion& operator=(const TissueMotion&) = delete;
 
   /// True if the scene has no soft tissue.
-  bool empty() const { return bodies_.empty(); }
+  bool empty() const { return exchange_->empty(); }
   /// Call it before each step, in the thread of the steps. Returns the number of states taken so far. No allocation or
   /// lock; with Clock::Real it does not wait either. `is_due`: with Clock::Replay, whether this step takes a state.
   std::uint32_t take(std::uint64_t tick, runtime::Workspace& workspace, bool is_due = false) noexcept;
@@ -49,26 +48,18 @@ class TissueMotion {
   const TissueShapes& shapes() noexcept;
 
  private:
-  struct Body {
-    std::size_t object;
-    std::unique_ptr<tissue::MovingTissue> motion;
-    std::vector<float> forces;
-    tissue::TissueState taken, solved;        // used by the workspace; written by the solver
-    int quiet = kQuiet;                       // consecutive states without forces
-    std::vector<Eigen::Vector3f> shape = {};  // the newest shape
-    bool is_solved = false;                   // whether `solved` will receive a new state
-  };
   enum Phase : int { kSolved, kAsked, kEnding };
 
   void solve() noexcept;
+  void publish() noexcept;
   void rest() noexcept;
   void run() noexcept;
 
   const Clock clock_;
-  std::vector<Body> bodies_;
+  std::unique_ptr<scene::TissueExchange> exchange_;
   std::uint32_t taken_ = 0;
   bool rests_ = false;               // restart() waits for the solver
-  std::atomic<int> phase_{kSolved};  // which thread may access the bodies
+  std::atomic<int> phase_{kSolved};  // which thread may use the exchange
   view::TripleBuffer<TissueShapes> shapes_;
   std::thread thread_;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "window/picture_maker.h"
 
+#include <algorithm>
 #include <charconv>
 
 namespace spheretree::view {
@@ -26,8 +27,11 @@ PictureMaker::PictureMaker(int width, int height, double scale, ViewerState& sta
 
 Picture PictureMaker::draw() {
   constexpr int kSamples = 4;  // samples of a pixel, in each direction
+  GLint largest = 0;           // side of an image that the driver draws into [pixels]
+  context_.gl().GetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &largest);
+  const int fitting = std::clamp(largest / std::max(width_, height_), 1, kSamples);
   // Panels compute their size in the first frame and have it in the second.
-  for (const int samples : {1, kSamples}) {
+  for (const int samples : {1, fitting}) {
     interface_.begin(width_, height_, 1.0 / 60);
     viewer_.frame(width_, height_, samples, 0, canvas_.id());
   }

@@ -19,7 +19,7 @@ class PictureMaker {
  public:
   /// `state` must outlive the object; `scale` of text and marks. Only one at a time. @throws ViewError
   PictureMaker(int width, int height, double scale, ViewerState& state);
-  /// Draws the current `state`; each pixel is the mean of sixteen.
+  /// Draws the current `state`; each pixel is the mean of sixteen, or of fewer if the driver draws no image that large.
   Picture draw();
   Layout layout() const { return layoutOf(state_, width_, height_, interface_.scale()); }
 

@@ -184,6 +184,7 @@ BatchResult runBatch(const BatchSettings& settings, tool::WorkProgress& progress
   result.scene = task.path;
   result.is_reference_named = is_reference_named;
   result.notes = task.draft.notes;
+  for (std::string& note : notesOnWork(context.work.get(), items)) result.notes.push_back(std::move(note));
   result.tool_distance_mm = items[0].status == ItemStatus::Failed ? 0 : distanceFrom(scene.tool.reference_point_mm, items[0]);
   if (is_plain) progress.share(kReadShare, 1 - kWriteShare);
   const auto read = Clock::now();

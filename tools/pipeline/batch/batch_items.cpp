@@ -9,6 +9,8 @@
 #include <charconv>
 #include <chrono>
 #include <condition_variable>
+#include <cstdio>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <thread>
@@ -194,6 +196,14 @@ class WorkerPool {
   bool finished_ = false;
 };
 
+/// "a, b, c and 4 more".
+std::string firstOf(const std::vector<std::string>& names) {
+  constexpr std::size_t kShown = 3;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kShown, names.size()); ++i) text += (i > 0 ? ", " : "") + names[i];
+  return names.size() > kShown ? text + " and " + std::to_string(names.size() - kShown) + " more" : text;
+}
+
 }  // namespace
 
 std::shared_ptr<WorkRegions> assignWorkRegions(const formats::SceneFile& scene, std::vector<BatchItem>& items) {
@@ -217,6 +227,44 @@ std::shared_ptr<WorkRegions> assignWorkRegions(const formats::SceneFile& scene, 
   for (BatchItem& item : items)
     if (!item.is_tool && item.status == ItemStatus::Waiting) item.job.grade(work);
   return work;
+}
+
+std::vector<std::string> notesOnWork(const WorkRegions* work, const std::vector<BatchItem>& items) {
+  std::vector<std::string> notes;
+  if (!work) return notes;
+  for (std::size_t i = 0; i < work->regions.size(); ++i) {
+    const formats::WorkRegion& region = work->regions[i];
+    const BatchItem* nearest = nullptr;
+    double distance = std::numeric_limits<double>::infinity();
+    for (const BatchItem& item : items) {
+      const double own = item.job.work ? distanceOf(region, item.job.world_box) : std::numeric_limits<double>::infinity();
+      if (own < distance) distance = own, nearest = &item;
+    }
+    char away[32];
+    std::snprintf(away, sizeof away, "%.4g", distance);
+    if (nearest && distance > 0)
+      notes.push_back("work[" + std::to_string(i) + "]" + (region.name.empty() ? "" : " (" + region.name + ")") +
+                      " touches no object: the nearest is " + nearest->source->name + ", " + away +
+                      " mm away. Check its place; it is in the frame of the world.");
+  }
+  std::vector<std::string> without_search, without_tolerance;  // names of objects
+  for (const BatchItem& item : items) {
+    if (!item.job.work) continue;
+    const bool is_concerned = work->reach || std::any_of(work->regions.begin(), work->regions.end(),
+                                                         [&](const auto& region) { return distanceOf(region, item.job.world_box) <= 0; });
+    if (!is_concerned) continue;
+    if (!item.job.settings.searches())
+      without_search.push_back(item.source->name);
+    else if (!(item.job.settings.tolerance_mm > 0))
+      without_tolerance.push_back(item.source->name);
+  }
+  const std::string what = work->regions.empty() ? "reach has" : work->reach ? "work and reach have" : "work has";
+  if (!without_search.empty())
+    notes.push_back(what + " no effect on " + firstOf(without_search) +
+                    ": a published builder makes the leaves of its method. Add \"search\": true, or take the builder cover.");
+  if (!without_tolerance.empty())
+    notes.push_back(what + " no effect on " + firstOf(without_tolerance) + ": without a tolerance_mm all leaves are used. Give one.");
+  return notes;
 }
 
 std::vector<BatchItem> loadItems(const formats::SceneFile& scene, const std::filesystem::path& scene_path, MeshStore& meshes, int threads,

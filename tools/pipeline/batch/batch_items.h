@@ -62,6 +62,10 @@ void limitLeaves(builder::BuildSettings& settings, std::size_t leaves);
 /// Gives the objects the regions of work and the reach of the scene; null if the scene has none.
 std::shared_ptr<WorkRegions> assignWorkRegions(const formats::SceneFile& scene, std::vector<BatchItem>& items);
 
+/// Sentences about regions of work that change nothing: those that touch no object, and objects in a region, or in a
+/// scene with a reach, whose settings use neither. `work` may be null.
+std::vector<std::string> notesOnWork(const WorkRegions* work, const std::vector<BatchItem>& items);
+
 /// Every waiting item gets its key and its tree, from the cache or by a build, the largest mesh first. Of identical
 /// items only one is built. Items that are neither in this `shard` nor in the cache are skipped. `stage`: name for the
 /// progress bar. If an item fails, the others are still built.

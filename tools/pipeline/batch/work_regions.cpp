@@ -27,16 +27,17 @@ TriangleMesh inWorld(TriangleMesh mesh, const Configuration& pose) {
   return mesh;
 }
 
+double distanceOf(const formats::WorkRegion& region, const Eigen::AlignedBox3d& world_box) {
+  const builder::ToleranceRegion place = regionOf(region);
+  return place.radius > 0 ? world_box.exteriorDistance(place.centre) - place.radius : world_box.exteriorDistance(place.box);
+}
+
 std::vector<formats::WorkRegion> regionsInRange(const WorkRegions& work, const Eigen::AlignedBox3d& world_box, double tolerance_mm,
                                                 double scale) {
   const double largest = scale * std::max(tolerance_mm, work.reach ? work.reach->tolerance_mm : 0);
   std::vector<formats::WorkRegion> out;
-  for (const formats::WorkRegion& region : work.regions) {
-    const builder::ToleranceRegion place = regionOf(region);
-    const double distance =
-        place.radius > 0 ? world_box.exteriorDistance(place.centre) - place.radius : world_box.exteriorDistance(place.box);
-    if (distance <= builder::regionRange(largest)) out.push_back(region);
-  }
+  for (const formats::WorkRegion& region : work.regions)
+    if (distanceOf(region, world_box) <= builder::regionRange(largest)) out.push_back(region);
   return out;
 }
 

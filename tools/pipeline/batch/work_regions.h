@@ -27,6 +27,9 @@ struct WorkRegions {
 
 TriangleMesh inWorld(TriangleMesh mesh, const Configuration& pose);
 
+/// Distance of a region from a box; 0 or less: they touch [mm].
+double distanceOf(const formats::WorkRegion& region, const Eigen::AlignedBox3d& world_box);
+
 /// The regions that can change a tolerance of an object with this bounding box and tolerance, if all tolerances are
 /// multiplied by `scale`.
 std::vector<formats::WorkRegion> regionsInRange(const WorkRegions& work, const Eigen::AlignedBox3d& world_box, double tolerance_mm,

@@ -66,7 +66,9 @@ void bindReport(py::module_& module) {
       .def_readonly("defects", &MeshReport::defects, "Empty for a mesh that a build uses unchanged.")
       .def_readonly("components", &MeshReport::components, "Ordered by first triangle.")
       .def_property_readonly("clean", &MeshReport::clean, "No defects.")
-      .def("summary", &MeshReport::summary, "One line for each defect: kind, count, first place, advice.")
+      .def(
+          "summary", [](const MeshReport& r) { return r.clean() ? std::string("no defects: a build takes this mesh.\n") : r.summary(); },
+          "One line for each defect: kind, count, first place, advice; a line that says so if there are none.")
       .def("__bool__", &MeshReport::clean)
       .def("__repr__", [](const MeshReport& r) {
         return "<spheretree.MeshReport: " + (r.clean() ? std::string("clean") : std::to_string(r.defects.size()) + " kinds of defects") +

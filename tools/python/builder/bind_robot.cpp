@@ -151,7 +151,7 @@ void bindRobot(py::module_& module) {
           "What is unusual in the URDF, and what the files change, in sentences that name file, line and link.")
       .def("__repr__",
            [](const PythonRobot& self) {
-             return "<RobotSpheres " + self.robot.name + ": " + std::to_string(self.cover.sphereCount()) + " spheres on " +
+             return "<spheretree.RobotSpheres: " + self.robot.name + ", " + std::to_string(self.cover.sphereCount()) + " spheres on " +
                     std::to_string(self.cover.links.size()) + " links>";
            })
       .def_property_readonly(

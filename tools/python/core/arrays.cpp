@@ -55,9 +55,10 @@ std::vector<Triangle> trianglesFrom(const py::array& corners, std::size_t vertex
     for (std::size_t i = 0; i < triangles.size(); ++i)
       for (std::size_t k = 0; k < 3; ++k) {
         const auto v = rows(static_cast<py::ssize_t>(i), static_cast<py::ssize_t>(k));
+        const bool is_minus_one = v == static_cast<decltype(v)>(-1);  // of an unsigned type, too
         if (v < 0 || static_cast<std::uint64_t>(v) >= vertex_count)
-          throw py::index_error("triangles[" + std::to_string(i) + "] names vertex " + std::to_string(v) + ", and there are " +
-                                std::to_string(vertex_count) + ", counted from 0.");
+          throw py::index_error("triangles[" + std::to_string(i) + "] names vertex " + (is_minus_one ? "-1" : std::to_string(v)) +
+                                ", and there are " + std::to_string(vertex_count) + ", counted from 0.");
         triangles[i][k] = static_cast<std::uint32_t>(v);
       }
   };

@@ -9,9 +9,9 @@
 Lengths are in millimetres. Two extension modules stand behind it: `_core` (meshes, trees, the runtime; Apache-2.0), and
 `_builder` (checks, builders, measures; GPL-3.0-or-later), which an installation for a simulator can leave out.
 """
-from ._core import (Contact, Fault, FileError, FormatError, Mesh, Renderer, Scene, SphereTree, Step, __version__, read)
+from ._core import (Contact, Distance, Fault, FileError, FormatError, Mesh, Renderer, Scene, SphereTree, Step, __version__, read)
 
-__all__ = ["Contact", "Fault", "FileError", "FormatError", "Mesh", "Renderer", "Scene", "SphereTree", "Step", "read"]
+__all__ = ["Contact", "Distance", "Fault", "FileError", "FormatError", "Mesh", "Renderer", "Scene", "SphereTree", "Step", "read"]
 
 try:
     from ._builder import (BuildError, Component, Coverage, CoverLimits, Defect, Evaluation, LevelEvaluation, LinkSpheres, MeshReport,

@@ -179,11 +179,16 @@ void printSummary(const BuildOptions& options, const builder::BuildResult& resul
   }
 }
 
-/// Whether --leaves limits the number of leaves, instead of the size of the tree.
-bool leavesBind(const builder::BuildSettings& settings) {
+/// The largest number of leaves that the levels and children of the tree allow.
+std::size_t leavesOf(const builder::BuildSettings& settings) {
   std::size_t allowed = 1;
   for (int level = 1; level < settings.levels; ++level) allowed *= static_cast<std::size_t>(settings.branching);
-  return settings.max_leaves > 0 && static_cast<std::size_t>(settings.max_leaves) <= allowed;
+  return allowed;
+}
+
+/// Whether --leaves limits the number of leaves, instead of the size of the tree.
+bool leavesBind(const builder::BuildSettings& settings) {
+  return settings.max_leaves > 0 && static_cast<std::size_t>(settings.max_leaves) <= leavesOf(settings);
 }
 
 /// Parses a length above 0; empty for any other text.
@@ -240,6 +245,10 @@ int buildOne(BuildOptions options, bool quiet, builder::Progress& progress) {
   const builder::RepairedMesh repaired =
       pipeline::soundMesh(mesh, options.input.string(), pipeline::repairKind(options.repair), notes, progress);
   finish(repaired.steps.empty() ? "check" : "repair");
+  if (options.settings.max_leaves > 0 && !leavesBind(options.settings))
+    notes.push_back("--leaves " + std::to_string(options.settings.max_leaves) + " has no effect: " +
+                    std::to_string(options.settings.levels) + " levels with " + std::to_string(options.settings.branching) +
+                    " children for each node allow " + counted(leavesOf(options.settings), "leaf", "leaves") + ". For more, add --levels.");
   if (!quiet)
     for (const std::string& note : notes) say(formats::shownName(options.input) + ": " + note);
   progress.check();

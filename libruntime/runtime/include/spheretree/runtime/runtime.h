@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The C interface of the runtime (libspheretree_runtime.so): describe a scene, create a renderer from it, then call it
- * once for each servo step.
+ * once for each servo step. spheretree/scene/scene.h adds scene files, soft tissue, spheres for drawing and distances;
+ * they are in libspheretree_scene.so, which has everything that is here, too.
  *
  * Units: mm, N, N mm, rad. World axes are right-handed. Quaternions are w, x, y, z and map tool (or object) axes to
  * world axes; they need not be of unit length. A pose of the tool is the position of its reference point and its
@@ -161,6 +162,11 @@ ST_API int st_renderer_move_body(st_renderer* renderer, uint32_t body, const st_
  * Returns 0; or -1, and changes nothing, if there is no such object or the pose is not finite or beyond 1e7 mm.
  * Allocates nothing. */
 ST_API int st_renderer_move_object(st_renderer* renderer, size_t object, const st_pose* pose);
+/* Switches an object off (0) or on, between two steps. An object that is off costs no work and gives no contact; it
+ * still follows its body. One that is switched on where the tool is pushes the tool out; nothing passes through it from
+ * the first pose of the graphic tool that is free of it. A reset changes nothing. Returns 0; or -1 if there is no such
+ * object. Allocates nothing. */
+ST_API int st_renderer_set_active(st_renderer* renderer, size_t object, int is_active);
 /* The graphic tool restarts at `graphic_tool`, or at the next haptic pose if NULL. */
 ST_API void st_renderer_reset(st_renderer* renderer, const st_pose* graphic_tool);
 

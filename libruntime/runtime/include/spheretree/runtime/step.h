@@ -108,6 +108,34 @@ std::span<const Contact> contacts(const Workspace& workspace) noexcept;
 /// ball's radius also determines anew on which side of the skins the tool is.
 bool moveObject(std::size_t object, const Configuration& pose, Workspace& workspace) noexcept;
 
+/// Switches an object off or on, between two steps. An object that is off is left out of every search: it costs no
+/// work, gives no contact, and its body does not push the tool with it. It still follows its body. At the beginning,
+/// all objects are on; reset() changes nothing. An object that is switched on where the tool is pushes the tool out, as
+/// one that moveObject() put there; nothing passes through it from the first pose that is free of it. Returns false if
+/// there is no such object. No allocation. Cost: 0.1 us; the next step determines anew on which side of the skins the
+/// tool is.
+bool setActive(std::size_t object, bool is_active, Workspace& workspace) noexcept;
+/// `object` < Scene::objectCount().
+bool isActive(std::size_t object, const Workspace& workspace) noexcept;
+
+/// The current pose of the mesh frame of an object in the world. `object` < Scene::objectCount().
+Configuration objectPose(std::size_t object, const Workspace& workspace) noexcept;
+
+/// How far the tool is from an object, with proven bounds.
+struct Distance {
+  double lower = 0;                    // no point of the tool's mesh is nearer to the mesh of the object [mm]
+  double upper = 0;                    // two points of the solids are at most this far apart [mm]; infinite if no bound is proven
+  Eigen::Vector3d on_tool{0, 0, 0};    // the nearest points of the tool's leaves and of what stands for the object:
+  Eigen::Vector3d on_object{0, 0, 0};  // its skin, else its leaves; world frame [mm]
+};
+
+/// The distance of the tool at `tool` from an object where it is now, switched off or not. The object counts as it is
+/// at rest, whether or not it yields. If nothing is nearer than `limit` [mm], `lower` is `limit`, `upper` is infinite
+/// and the points are zero; a small limit makes the search short. Returns false if there is no such object or the pose
+/// is not finite. No allocation. Cost: a branch-and-bound search, about 0.2 ms for 505 leaves and a skin of 4,164
+/// triangles. What the bounds rest on: docs/runtime.md
+bool distance(std::size_t object, const Configuration& tool, double limit, const Workspace& workspace, Distance& out) noexcept;
+
 /// Moves a body to `pose` during the next step. `pose` is the displacement of its objects from their poses in the
 /// scene, world axes. On its way the body pushes the tool ahead and never passes through it, at any speed
 /// (docs/runtime.md). `velocity` (about the origin of the body, world axes [mm/s, rad/s]) serves poses that arrive less

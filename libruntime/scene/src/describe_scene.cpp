@@ -1,52 +1,57 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "scene/describe_scene.h"
+#include "spheretree/scene/describe_scene.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <map>
 #include <memory>
 #include <optional>
+#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/sphere_tree_file.h"
+#include "spheretree/formats/trajectory.h"
 
 namespace spheretree::scene {
 namespace {
 
-struct Loaded {
-  runtime::SharedTree tree;
-  std::shared_ptr<const runtime::TissueModel> tissue;  // from a .soft file
-};
-
-Loaded parsed(const std::vector<std::byte>& bytes, const std::filesystem::path& file) {
-  Tissue tissue;
-  Loaded out{runtime::SharedTree::sound(formats::parseSoftTree(bytes, file.string(), tissue)), nullptr};
-  std::string fault;
-  if (!tissue.empty()) out.tissue = runtime::tissueModel(out.tree, std::make_shared<const Tissue>(std::move(tissue)), fault);
-  if (!fault.empty()) throw formats::FormatError(file.string() + ": " + fault + ".");
-  return out;
-}
-
 /// The trees of a scene; each is read and decoded once.
 class Trees {
  public:
-  const Loaded& at(const std::filesystem::path& file) {
-    std::optional<Loaded>& of_file = of_file_[file];
+  const LoadedTree& at(const std::filesystem::path& file) {
+    std::optional<LoadedTree>& of_file = of_file_[file];
     if (of_file) return *of_file;
     const std::vector<std::byte> bytes = formats::readFile(file, formats::kMaxSoftBytes);
-    std::optional<Loaded>& of_bytes = of_bytes_[std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size())];
-    if (!of_bytes) of_bytes = parsed(bytes, file);
+    std::optional<LoadedTree>& of_bytes = of_bytes_[std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size())];
+    if (!of_bytes) of_bytes = parseTree(bytes, file.string());
     return *(of_file = of_bytes);
   }
 
  private:
-  std::map<std::filesystem::path, std::optional<Loaded>> of_file_;
-  std::map<std::string, std::optional<Loaded>> of_bytes_;
+  std::map<std::filesystem::path, std::optional<LoadedTree>> of_file_;
+  std::map<std::string, std::optional<LoadedTree>> of_bytes_;
 };
 
 }  // namespace
+
+LoadedTree parseTree(std::span<const std::byte> bytes, const std::string& name) {
+  Tissue tissue;
+  LoadedTree out{runtime::SharedTree::sound(formats::parseSoftTree(bytes, name, tissue)), nullptr};
+  std::string fault;
+  if (!tissue.empty()) out.tissue = runtime::tissueModel(out.tree, std::make_shared<const Tissue>(std::move(tissue)), fault);
+  if (!fault.empty()) throw formats::FormatError(name + ": " + fault + ".");
+  return out;
+}
+
+std::filesystem::path sceneFileAt(const std::filesystem::path& path) {
+  std::error_code ignored;
+  const std::filesystem::path inside = path / "scene.json";
+  return std::filesystem::is_directory(path, ignored) && std::filesystem::exists(inside, ignored) ? inside : path;
+}
 
 runtime::SceneDescription describeScene(const formats::SceneFile& file, const std::filesystem::path& path,
                                         const std::function<void(double)>& on_tree) {
@@ -55,7 +60,7 @@ runtime::SceneDescription describeScene(const formats::SceneFile& file, const st
                                "reference_point_mm, or take the scene.json that batch writes.");
   Trees trees;
   std::size_t read = 0;
-  const auto load = [&](const formats::SceneItem& item) -> const Loaded& {
+  const auto load = [&](const formats::SceneItem& item) -> const LoadedTree& {
     if (item.tree.empty())
       throw formats::FormatError(path.string() + ": " + item.name + " names a mesh, and the runtime needs trees. Build them: " +
                                  "spheretree batch " + path.string() + " -o DIR; then take DIR/scene.json.");
@@ -67,7 +72,7 @@ runtime::SceneDescription describeScene(const formats::SceneFile& file, const st
   d.reference_point = file.tool.reference_point_mm;
   d.tool_friction = file.tool.friction;
   for (const formats::SceneItem& object : file.objects) {
-    const Loaded& loaded = load(object);
+    const LoadedTree& loaded = load(object);
     d.objects.push_back(
         {loaded.tree, object.pose, bodyNumber(file, object.body), object.friction, object.stiffness_n_per_mm, loaded.tissue});
   }
@@ -83,6 +88,23 @@ std::uint32_t bodyNumber(const formats::SceneFile& scene, const std::string& nam
   for (std::size_t i = 0; i < scene.bodies.size(); ++i)
     if (scene.bodies[i].name == name) return static_cast<std::uint32_t>(i + 1);
   return 0;
+}
+
+Configuration BodyPath::at(double t) const noexcept {
+  if (poses.empty()) return formats::hingePose(hinge, formats::hingeAngle(hinge, t));
+  const double last = static_cast<double>(poses.size() - 1);
+  return poses[static_cast<std::size_t>(std::clamp(std::round(1000 * t), 0.0, last))];
+}
+
+std::vector<BodyPath> readBodyPaths(const formats::SceneFile& file, const std::filesystem::path& path) {
+  std::vector<BodyPath> paths;
+  for (const formats::SceneBody& body : file.bodies) {
+    if (body.hinge)
+      paths.push_back({{}, *body.hinge});
+    else
+      paths.push_back({formats::readTrajectory(formats::scenePath(path, body.pose_csv)).poses, {}});
+  }
+  return paths;
 }
 
 }  // namespace spheretree::scene

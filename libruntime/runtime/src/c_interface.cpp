@@ -3,29 +3,15 @@
 
 #include <algorithm>
 #include <cstring>
-#include <exception>
 #include <new>
 #include <string>
 #include <utility>
 
+#include "c_handles.h"
 #include "spheretree/core/sphere_tree_codec.h"
-#include "spheretree/runtime/step.h"
 
 namespace rt = spheretree::runtime;
-using spheretree::Configuration;
-using spheretree::Quaternion;
-
-struct st_scene {
-  rt::SceneDescription description;
-  std::string error;
-};
-
-struct st_renderer {
-  st_renderer(rt::Scene&& compiled, rt::Mode wanted) : scene(std::move(compiled)), workspace(scene), mode(wanted) {}
-  rt::Scene scene;
-  rt::Workspace workspace;
-  rt::Mode mode;
-};
+using rt::fromC, rt::guarded, rt::noObject, rt::toC;
 
 static_assert(ST_PAIRS_FULL == int{rt::kPairsFull} && ST_WORK_LIMIT == int{rt::kWorkLimit} && ST_QP_STOPPED == int{rt::kQpStopped} &&
               ST_ROWS_CONFLICT == int{rt::kRowsConflict} && ST_PENETRATING == int{rt::kPenetrating} && ST_BAD_INPUT == int{rt::kBadInput});
@@ -35,28 +21,22 @@ static_assert(ST_CONSTRAINED == static_cast<int>(rt::Mode::Constrained) && ST_PA
 
 namespace {
 
-Configuration fromC(const st_pose& p) {
-  return {{p.position_mm[0], p.position_mm[1], p.position_mm[2]},
-          Quaternion(p.orientation_wxyz[0], p.orientation_wxyz[1], p.orientation_wxyz[2], p.orientation_wxyz[3])};
+st_wrench wrenchToC(const spheretree::Wrench& w) {
+  return {{w.force.x(), w.force.y(), w.force.z()}, {w.torque.x(), w.torque.y(), w.torque.z()}};
 }
-st_pose toC(const Configuration& q) {
-  return {{q.position.x(), q.position.y(), q.position.z()}, {q.orientation.w(), q.orientation.x(), q.orientation.y(), q.orientation.z()}};
+
+std::string decode(const char* what, const void* bytes, size_t size, spheretree::SphereTree& tree) {
+  if (!bytes) return std::string(what) + ": no bytes were given";
+  std::string fault;
+  const spheretree::LoadStatus status = spheretree::decodeSphereTree({static_cast<const std::byte*>(bytes), size}, tree, &fault);
+  if (status == spheretree::LoadStatus::Ok) return {};
+  return std::string(what) + ": " + std::string(spheretree::explain(status)) + (fault.empty() ? "" : " (" + fault + ")");
 }
-st_wrench toC(const spheretree::Wrench& w) { return {{w.force.x(), w.force.y(), w.force.z()}, {w.torque.x(), w.torque.y(), w.torque.z()}}; }
 
-// A function that returns a fault or "". std::function, or a template of everything below, would be larger.
-class Work {
- public:
-  template <class Function>
-  Work(const Function& function) : function_(&function), call_([](const void* f) { return (*static_cast<const Function*>(f))(); }) {}
-  std::string operator()() const { return call_(function_); }
+}  // namespace
 
- private:
-  const void* function_;
-  std::string (*call_)(const void*);
-};
+namespace spheretree::runtime {
 
-// No exception leaves this file.
 int guarded(st_scene* scene, const Work& work) noexcept {
   if (!scene) return -1;
   try {
@@ -72,20 +52,12 @@ int guarded(st_scene* scene, const Work& work) noexcept {
   }
 }
 
-std::string decode(const char* what, const void* bytes, size_t size, spheretree::SphereTree& tree) {
-  if (!bytes) return std::string(what) + ": no bytes were given";
-  std::string fault;
-  const spheretree::LoadStatus status = spheretree::decodeSphereTree({static_cast<const std::byte*>(bytes), size}, tree, &fault);
-  if (status == spheretree::LoadStatus::Ok) return {};
-  return std::string(what) + ": " + std::string(spheretree::explain(status)) + (fault.empty() ? "" : " (" + fault + ")");
-}
-
 std::string noObject(const char* what, size_t index, const st_scene& scene) {
   return std::string(what) + ": there is no object " + std::to_string(index) + "; the scene has " +
          std::to_string(scene.description.objects.size());
 }
 
-}  // namespace
+}  // namespace spheretree::runtime
 
 extern "C" {
 
@@ -238,8 +210,8 @@ void st_renderer_step(st_renderer* renderer, const st_pose* haptic_tool, st_step
   const rt::StepResult result = rt::step(renderer->scene, fromC(*haptic_tool), renderer->mode, renderer->workspace);
   const st_step step = {.struct_size = out->struct_size,
                         .graphic_tool = toC(result.graphic),
-                        .wrench = toC(result.wrench),
-                        .limited_wrench = toC(result.limited_wrench),
+                        .wrench = wrenchToC(result.wrench),
+                        .limited_wrench = wrenchToC(result.limited_wrench),
                         .penetration_mm = result.penetration,
                         .faults = result.faults,
                         .pairs = result.pairs,
@@ -278,6 +250,10 @@ int st_renderer_move_body(st_renderer* renderer, uint32_t body, const st_pose* p
 
 int st_renderer_move_object(st_renderer* renderer, size_t object, const st_pose* pose) {
   return pose && rt::moveObject(object, fromC(*pose), renderer->workspace) ? 0 : -1;
+}
+
+int st_renderer_set_active(st_renderer* renderer, size_t object, int is_active) {
+  return rt::setActive(object, is_active != 0, renderer->workspace) ? 0 : -1;
 }
 
 void st_renderer_reset(st_renderer* renderer, const st_pose* graphic_tool) {
