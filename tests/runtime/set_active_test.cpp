@@ -13,7 +13,7 @@ using test::kUpright;
 using test::Rig;
 
 // A ball of 1 mm above a sphere of 5 mm: it touches at z = 6.
-SceneDescription ballOnSphere(bool has_skin) {
+SceneDescription ballAboveSphere(bool has_skin) {
   const SphereTree body = test::oneBallTree(has_skin ? 5.2 : 5.0);
   return test::toolAndObject(test::oneBallTree(1), has_skin ? test::withSkin(body, test::roundSkin(4)) : body);
 }
@@ -25,7 +25,7 @@ void settle(Rig& rig, const Vector3d& at, int steps = 100) {
 TEST(SetActive, AnObjectThatIsOffCostsNothingAndIsNotFelt) {
   for (const bool has_skin : {true, false})
     for (const Mode mode : {Mode::Constrained, Mode::Published}) {
-      Rig rig(ballOnSphere(has_skin));
+      Rig rig(ballAboveSphere(has_skin));
       rig.mode = mode;
       settle(rig, {0, 0, 7});
       settle(rig, {0, 0, 5.5});
@@ -47,7 +47,7 @@ TEST(SetActive, AnObjectThatIsOffCostsNothingAndIsNotFelt) {
 TEST(SetActive, FromAFreePoseNothingPassesThroughItAgain) {
   for (const bool has_skin : {true, false})
     for (const double speed : test::kSpeeds) {
-      Rig rig(ballOnSphere(has_skin));
+      Rig rig(ballAboveSphere(has_skin));
       ASSERT_TRUE(setActive(0, false, *rig.workspace));
       settle(rig, {0, 0, 0}, 3);
       settle(rig, {0, 0, 30}, 3);
@@ -64,7 +64,7 @@ TEST(SetActive, FromAFreePoseNothingPassesThroughItAgain) {
 TEST(SetActive, SwitchedOnAroundTheToolItPushesTheToolOut) {
   for (const bool has_skin : {true, false})
     for (const Vector3d& at : {Vector3d(0.5, 0.2, 0.3), Vector3d(0, 0, 4.5), Vector3d(2, 1, 5)}) {
-      Rig rig(ballOnSphere(has_skin));
+      Rig rig(ballAboveSphere(has_skin));
       ASSERT_TRUE(setActive(0, false, *rig.workspace));
       settle(rig, at, 3);
       ASSERT_TRUE(setActive(0, true, *rig.workspace));
@@ -82,7 +82,7 @@ TEST(SetActive, SwitchedOnAroundTheToolItPushesTheToolOut) {
 }
 
 TEST(SetActive, StaysThroughResetsAndMotions) {
-  SceneDescription d = ballOnSphere(true);
+  SceneDescription d = ballAboveSphere(true);
   d.objects[0].body = 1;
   d.objects.push_back({test::oneBallTree(2), {{40, 0, 0}, kUpright}, 2});
   Rig rig(std::move(d));
@@ -105,7 +105,7 @@ TEST(SetActive, StaysThroughResetsAndMotions) {
 }
 
 TEST(SetActive, SwitchingOnAndOffGivesTheStepsOfBefore) {
-  Rig rig(ballOnSphere(true)), other(ballOnSphere(true));
+  Rig rig(ballAboveSphere(true)), other(ballAboveSphere(true));
   settle(rig, {0, 0, 9}, 3), settle(other, {0, 0, 9}, 3);
   ASSERT_TRUE(setActive(0, false, *rig.workspace));
   ASSERT_TRUE(setActive(0, true, *rig.workspace));
