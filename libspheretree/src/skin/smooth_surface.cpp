@@ -23,6 +23,7 @@ using Eigen::Vector3d;
 // were subdivided once from an irregular one, and 0.16 after as many of its vertices were chosen at random.
 constexpr double kEven = 0.1;
 constexpr int kEvenRounds = 2;         // of averaging
+constexpr std::size_t kHub = 64;       // triangles at a vertex; its neighbours do not fit each other's, which costs the square of these
 constexpr std::size_t kFitPoints = 9;  // the coefficients of a cubic through a vertex; two rings have twice as many vertices
 
 constexpr double kSmoothPassing = 0.5;  // cosine of the angle of a crease at a vertex, above which the vertex is not a corner of the crease
@@ -248,8 +249,9 @@ class SurfaceSmoother {
 
   void fitCubics() {
     fits_.assign(mesh_.positions.size(), std::nullopt);
+    found_by_.assign(mesh_.positions.size(), kNoIndex);
     for (std::uint32_t v = 0; v < fits_.size(); ++v) {
-      if (!isSmoothAt(v)) continue;
+      if (!isSmoothAt(v) || corners_[v].size() > kHub) continue;
       const std::vector<Vector3d> around = pointsAround(v);
       if (around.size() < kFitPoints) continue;
       fits_[v].emplace(at(v), facetNormal(corners_[v]), around);
@@ -257,17 +259,20 @@ class SurfaceSmoother {
     }
   }
 
-  // Two rings of vertices around `v`, without those beyond a crease or a flat face.
-  std::vector<Vector3d> pointsAround(std::uint32_t v) const {
+  // Two rings of vertices around `v`, without those beyond a crease, a flat face or the hub of a fan.
+  std::vector<Vector3d> pointsAround(std::uint32_t v) {
     std::vector<std::uint32_t> found{v};
+    found_by_[v] = v;
     std::size_t begin = 0;
     for (int ring = 0; ring < 2; ++ring) {
       const std::size_t end = found.size();
-      for (; begin < end; ++begin)
-        if (isSmoothAt(found[begin]))
-          for (const MeshCorner c : corners_[found[begin]])
-            for (const std::uint32_t w : {vertexAt(c, 1), vertexAt(c, 2)})
-              if (std::find(found.begin(), found.end(), w) == found.end()) found.push_back(w);
+      for (; begin < end; ++begin) {
+        const std::vector<MeshCorner>& corners = corners_[found[begin]];
+        if (!isSmoothAt(found[begin]) || corners.size() > kHub) continue;
+        for (const MeshCorner c : corners)
+          for (const std::uint32_t w : {vertexAt(c, 1), vertexAt(c, 2)})
+            if (std::exchange(found_by_[w], v) != v) found.push_back(w);
+      }
     }
     std::vector<Vector3d> points;
     for (const std::uint32_t w : found)
@@ -451,6 +456,7 @@ class SurfaceSmoother {
   std::vector<std::array<std::uint32_t, 2>> creases_;  // (vertices)
   std::optional<LoopLimit> limit_;
   std::vector<std::optional<CubicFit>> fits_;  // (vertices)
+  std::vector<std::uint32_t> found_by_;        // (vertices) whose rings a vertex was last found in
 };
 
 }  // namespace

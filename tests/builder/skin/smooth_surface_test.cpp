@@ -81,6 +81,26 @@ TEST(SmoothSurfaceOfMesh, FollowsATorusOfIrregularTriangles) {
   }
 }
 
+// Two fans of 20,000 triangles: fits over all neighbours of a hub would take hours.
+TEST(SmoothSurfaceOfMesh, AFanCostsNoMoreThanItsTriangles) {
+  const std::uint32_t around = 20000;
+  TriangleMesh lens;
+  for (std::uint32_t i = 0; i < around; ++i) {
+    const double angle = 2 * std::numbers::pi * i / around;
+    lens.positions.emplace_back(10 * std::cos(angle), 10 * std::sin(angle), 0);
+  }
+  lens.positions.emplace_back(0, 0, 2);
+  lens.positions.emplace_back(0, 0, -2);
+  for (std::uint32_t i = 0; i < around; ++i) {
+    lens.triangles.push_back({i, (i + 1) % around, around});
+    lens.triangles.push_back({(i + 1) % around, i, around + 1});
+  }
+  SurfaceEdges edges;
+  const SmoothSurface smooth = smoothOf(lens, edges);
+  for (std::uint32_t t = 0; t < lens.triangles.size(); ++t)
+    for (const Vector3d& n : smooth.corner_normal[t]) EXPECT_GT(n.dot(edges.triangle_normal[t]), 0.5);
+}
+
 TEST(SmoothSurfaceOfMesh, FollowsACylinderUpToItsCreases) {
   const TriangleMesh mesh = test::cylinderMesh(3, 8, 32, 6);
   SurfaceEdges edges;
