@@ -11,19 +11,16 @@
 
 #include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/runtime/step.h"
+#include "support/c_scene.h"
 #include "support/sample_skins.h"
 #include "support/shape_trees.h"
 
 namespace spheretree::runtime {
 namespace {
 
-constexpr double kOrigin[3] = {0, 0, 0};
-constexpr st_pose kHere{{0, 0, 0}, {1, 0, 0, 0}};
-
-struct CScene {
-  st_scene* scene = st_scene_create();
-  ~CScene() { st_scene_destroy(scene); }
-};
+using test::CScene;
+using test::kHere;
+using test::kOrigin;
 
 void stepAsTheCppFaceDoes(ContactSurface contact) {
   SceneDescription d;

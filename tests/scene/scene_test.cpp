@@ -16,6 +16,7 @@
 #include "spheretree/core/tissue_codec.h"
 #include "spheretree/runtime/step.h"
 #include "spheretree/scene/describe_scene.h"
+#include "support/c_scene.h"
 #include "support/count_allocations.h"
 #include "support/octahedron_tissue.h"
 #include "support/scratch_folder.h"
@@ -23,13 +24,9 @@
 namespace spheretree::scene {
 namespace {
 
-constexpr double kOrigin[3] = {0, 0, 0};
-constexpr st_pose kHere{{0, 0, 0}, {1, 0, 0, 0}};
-
-struct CScene {
-  st_scene* scene = st_scene_create();
-  ~CScene() { st_scene_destroy(scene); }
-};
+using test::CScene;
+using test::kHere;
+using test::kOrigin;
 using Renderer = std::unique_ptr<st_renderer, decltype(&st_renderer_destroy)>;
 Renderer rendererOf(const CScene& c) {
   Renderer renderer(st_renderer_create(c.scene, ST_CONSTRAINED), &st_renderer_destroy);

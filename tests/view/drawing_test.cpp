@@ -492,6 +492,14 @@ TEST_F(WholeFrame, BothThemesAtBothScalesFillTheirPlaces) {
   EXPECT_EQ(layoutOf(state_, 800, 600, 1).scene.width, 800);
 }
 
+void showSideBySide(ViewerState& state, const std::vector<Stage>& stages) {
+  for (const Stage& stage : stages) {
+    Pane& pane = state.panes.emplace_back();
+    pane.stage = &stage;
+    pane.shift = shiftBetween(stages[0], stage);
+  }
+}
+
 // Objects of a scene side by side, each in its own place of the world: every pane shows its own.
 TEST(SideBySide, APaneShowsItsStageWhereverItIs) {
   ::setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
@@ -501,11 +509,7 @@ TEST(SideBySide, APaneShowsItsStageWhereverItIs) {
   EXPECT_EQ(shiftBetween(stages[0], stages[2]), Vector3d(0, 0, 0)) << "they overlap: equal places are seen at equal places";
   ViewerState state;
   state.panels = false;
-  for (const Stage& stage : stages) {
-    Pane& pane = state.panes.emplace_back();
-    pane.stage = &stage;
-    pane.shift = shiftBetween(stages[0], stage);
-  }
+  showSideBySide(state, stages);
   PictureMaker maker(900, 300, 1, state);
   state.camera = wishedCamera(stages[0], std::nullopt, {.from = Vector3d(0, -1, 0)}, maker.layout().panes[0]);
   const double near = state.camera.distance;
@@ -535,11 +539,7 @@ TEST(SideBySide, EachStageFillsItsPane) {
   const std::vector<Stage> stages{oneBall({0, 0, 0, 20, {200, 40, 40, 255}}), oneBall({70, 5, 0, 0.1f, {200, 40, 40, 255}})};
   ViewerState state;
   state.panels = false;
-  for (const Stage& stage : stages) {
-    Pane& pane = state.panes.emplace_back();
-    pane.stage = &stage;
-    pane.shift = shiftBetween(stages[0], stage);
-  }
+  showSideBySide(state, stages);
   PictureMaker maker(600, 300, 1, state);
   const auto pixels = [&] {  // of each ball
     const Picture picture = maker.draw();

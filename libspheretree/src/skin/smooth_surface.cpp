@@ -69,10 +69,9 @@ class SurfaceSmoother {
 
   SmoothSurface run() {
     collectCorners();
-    do {
-      findMethods();
-      place();
-    } while (sharpenLeaning());
+    findMethods();
+    do place();
+    while (sharpenLeaning());
     straightenFolds();
     return std::move(out_);
   }
@@ -248,10 +247,12 @@ class SurfaceSmoother {
   }
 
   void fitCubics() {
+    is_smooth_.resize(mesh_.positions.size());
+    for (std::uint32_t v = 0; v < is_smooth_.size(); ++v) is_smooth_[v] = isSmoothAt(v) && corners_[v].size() <= kHub;
     fits_.assign(mesh_.positions.size(), std::nullopt);
     found_by_.assign(mesh_.positions.size(), kNoIndex);
     for (std::uint32_t v = 0; v < fits_.size(); ++v) {
-      if (!isSmoothAt(v) || corners_[v].size() > kHub) continue;
+      if (!is_smooth_[v]) continue;
       const std::vector<Vector3d> around = pointsAround(v);
       if (around.size() < kFitPoints) continue;
       fits_[v].emplace(at(v), facetNormal(corners_[v]), around);
@@ -267,9 +268,8 @@ class SurfaceSmoother {
     for (int ring = 0; ring < 2; ++ring) {
       const std::size_t end = found.size();
       for (; begin < end; ++begin) {
-        const std::vector<MeshCorner>& corners = corners_[found[begin]];
-        if (!isSmoothAt(found[begin]) || corners.size() > kHub) continue;
-        for (const MeshCorner c : corners)
+        if (!is_smooth_[found[begin]]) continue;
+        for (const MeshCorner c : corners_[found[begin]])
           for (const std::uint32_t w : {vertexAt(c, 1), vertexAt(c, 2)})
             if (std::exchange(found_by_[w], v) != v) found.push_back(w);
       }
@@ -393,7 +393,8 @@ class SurfaceSmoother {
 
   // A triangle from which a normal of its patch deviates far, as at the tip of a needle or in a fold, becomes a facet
   // with sharp sides. (Another normal for this triangle alone would make the felt direction jump at a smooth side.) A
-  // facet has its own normal everywhere, so that this ends. Returns whether there were any.
+  // facet has its own normal everywhere, so that this ends. Its vertices then have a normal for each sector; all others
+  // keep theirs. Returns whether there were any.
   bool sharpenLeaning() {
     bool any = false;
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
@@ -404,7 +405,8 @@ class SurfaceSmoother {
       for (std::size_t k = 0; k < 3; ++k) {
         any |= !edges_.isSharp(edges_.edge[t][k]);
         edges_.kind[edges_.edge[t][k]] = EdgeKind::Sharp;
-        edges_.is_fixed[mesh_.triangles[t][k]] = 1;
+        rings_[mesh_.triangles[t][k]].clear();
+        fits_[mesh_.triangles[t][k]].reset();
       }
     }
     return any;
@@ -456,6 +458,7 @@ class SurfaceSmoother {
   std::vector<std::array<std::uint32_t, 2>> creases_;  // (vertices)
   std::optional<LoopLimit> limit_;
   std::vector<std::optional<CubicFit>> fits_;  // (vertices)
+  std::vector<char> is_smooth_;                // (vertices) neither at a crease or flat face, nor the hub of a fan
   std::vector<std::uint32_t> found_by_;        // (vertices) whose rings a vertex was last found in
 };
 
