@@ -18,8 +18,8 @@ struct FitError {
   double normal = 0, height = 0;  // [rad]; from the sphere [mm]
 };
 
-/// Of a fit to 18 random points of a sphere of radius 5, within `reach` of one of its points; the normal that is given is
-/// off by 0.3 rad.
+/// Of a fit to 18 random points of a sphere of radius 5, within `reach` of one of its points; the normal that is given
+/// is off by 0.3 rad.
 FitError errorOnASphere(double reach, std::uint64_t seed) {
   test::Random random(seed);
   const Vector3d n = random.direction(), x = n.unitOrthogonal(), y = n.cross(x);

@@ -11,8 +11,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// On a regular grid the limit is a box spline, which reproduces polynomials up to the third degree: here z, a quadratic.
-// The border of the grid is fixed; 20 rings inside, nothing of that is left.
+// On a regular grid the limit is a box spline, which reproduces polynomials up to the third degree: here z, a
+// quadratic. The border of the grid is fixed; 20 rings inside, nothing of that is left.
 TEST(LoopLimit, ReproducesAQuadraticOnARegularGrid) {
   constexpr int kSide = 41, kMiddle = 20;
   const auto heightAt = [](double x, double y) { return 0.1 * x * x - 0.07 * x * y + 0.03 * y * y + 0.2 * x; };
