@@ -307,6 +307,16 @@ def surroundings(folder):
     return failures, count
 
 
+def wait_until_it_waits(running):
+    """Until the process handles SIGINT and sleeps, as it does at a pipe; or for 60 s, or until it ends."""
+    for _ in range(6000):
+        fields = dict(line.split(":", 1) for line in Path(f"/proc/{running.pid}/status").read_text().splitlines() if ":" in line)
+        handles = int(fields.get("SigCgt", "0"), 16) & 1 << signal.SIGINT - 1
+        if running.poll() is not None or handles and fields["State"].strip().startswith("S"):
+            return
+        time.sleep(0.01)
+
+
 def signals(folder):
     """A stop while the program waits for a pipe, and while it builds."""
     failures, count = [], 0
@@ -317,7 +327,7 @@ def signals(folder):
             for number, times in ((signal.SIGINT, 1), (signal.SIGTERM, 1), (signal.SIGHUP, 1), (signal.SIGINT, 2), (signal.SIGTERM, 3)):
                 before = names_in(folder)
                 running = subprocess.Popen([SPHERETREE, *words], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-                time.sleep(0.3)
+                wait_until_it_waits(running)
                 for _ in range(times):  # a wrapper may send it to the program and to its group
                     running.send_signal(number)
                 said = running.communicate(timeout=20)[1].decode()
