@@ -45,7 +45,6 @@ void expectCone(const Rig& rig, const StepResult& r, double friction) {
 }
 
 TEST(Friction, ADragIsOfTheNormalForce) {
-  int steps = 0, many_rounds = 0;
   for (const bool is_foot : {false, true})
     for (const double speed : {1.0, 10.0, 100.0})  // mm/s
       for (int heading = 0; heading < 8; ++heading) {
@@ -58,8 +57,7 @@ TEST(Friction, ADragIsOfTheNormalForce) {
         const int drag_steps = static_cast<int>(3 / (speed / 1000));
         for (int n = 1; n <= drag_steps; ++n) {
           r = rig.toPoint(way * (n * speed / 1000));
-          ++steps;
-          many_rounds += r.friction_rounds > 3;
+          ASSERT_EQ(r.unsolved, 0u);
         }
         const double normal = r.wrench.force.z(), drag = -r.wrench.force.dot(way);
         EXPECT_NEAR(normal, 1, 0.01);
@@ -67,7 +65,6 @@ TEST(Friction, ADragIsOfTheNormalForce) {
         expectCone(rig, r, 0.3);
         for (const Contact& c : contacts(*rig.workspace)) EXPECT_NEAR(c.slip.dot(way), speed, 0.02 * speed);
       }
-  EXPECT_LE(many_rounds, steps / 1000) << steps;
 }
 
 TEST(Friction, HoldsOnAnInclineAndSlidesOnASteeperOne) {
@@ -156,7 +153,6 @@ TEST(Friction, RoughLeavesStayInTheConeAndOut) {
       hand = moved(hand, velocity);
       const StepResult r = rig.toPoint(hand.position, hand.orientation);
       ASSERT_LE(r.penetration, kGapTolerance);
-      ASSERT_LE(r.friction_rounds, 3u);
       for (const Contact& c : contacts(*rig.workspace)) {
         ASSERT_LE(c.friction.norm(), friction * c.force * 1.01 + 2e-6) << friction << ' ' << n;
         taken -= c.friction.dot(c.slip);

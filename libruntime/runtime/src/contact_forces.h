@@ -1,42 +1,83 @@
 // SPDX-License-Identifier: Apache-2.0
-// The problem of contact_qp.h, expressed in its forces p alone, for contacts on soft tissue. p holds the multipliers of
-// the rows and the forces of the discs. The motions along the rows and across them are w = q + G p, and
-//   rows:  p >= 0,  w >= 0,  p w = 0;     discs:  |p| <= radius, and where w is not 0, p = -radius w / |w|.
-// G is the compliance of tool, groups and tissue together. The radius of a disc with `law` is `law` times the
-// multiplier of its row. Tissue would need one coordinate for each force, so the problem in forces is the smaller one.
+// The contact problem of a piece, solved for its forces: contacts with friction, on objects and tissue that yield.
 //
-// Method without discs: an exact active-set method. It solves for the active rows, removes a row whose force would
-// pull, and adds the row that is violated most. The objective decreases with each change, so no active set occurs
-// twice. Method with discs: some sweeps of projected Gauss-Seidel over the contacts, and then rounds of a Newton step
-// on the active rows and all their discs, with a line search on the residual. A step that does not halve it is followed
-// by more sweeps each time; they are kept if they lower it. In the end the forces are projected onto their cones.
-// Papers: C. Lawson, R. Hanson. Solving Least Squares Problems. Prentice Hall 1974, chapter 23. M. Jean. The non-smooth
-// contact dynamics method. Comput. Methods Appl. Mech. Engrg. 177, 1999. P. Alart, A. Curnier. A mixed formulation for
-// frictional contact problems prone to Newton like solution methods. Ibid. 92, 1991. S. Hueber, G. Stadler, B.
-// Wohlmuth. A primal-dual active set algorithm for three-dimensional contact problems with Coulomb friction. SIAM J.
-// Sci. Comput. 30(2), 2008. Units: as in contact_qp.h. No allocation. Deterministic.
+// p holds the multipliers u_i of the rows and, of each contact with friction, the two components of its force f across
+// the normal. The motions that belong to them, along the rows and across the normals, are
+//
+//   w = q + G p        G = J J^T + E E^T + C
+//
+// J maps the step y of the tool (6 coordinates, as in qp6.h, against springs of unit stiffness) to w, E maps how far
+// groups of rows yield together (each against a spring of its own), and C is the compliance of soft tissue. q is the
+// motion without forces. The solution obeys
+//
+//   rows:     u_i >= 0,  w_i >= 0,  u_i w_i = 0
+//   contacts: |f| <= r, and where the contact slips, v != 0:  f = -r v / |v|        r = friction u, or a given radius
+//
+// v is the part of w across the normal, less the motion `origin` of the object. G is symmetric and positive
+// semidefinite. Without contacts, and with given radii, this is the minimum of p G p / 2 + q p under the bounds of p,
+// and w is unique. With Coulomb's law a solution exists if some step separates all rows; there may be several.
+//
+// Method: Newton's method with whole steps, which sweeps over the contacts start anew; then, for what it leaves open, two
+// convex problems by the proximal point method: docs/algorithms/runtime/contact_forces.md.
+// Papers: P. Alart, A. Curnier. A mixed formulation for frictional contact problems prone to Newton like solution
+// methods. Comput. Methods Appl. Mech. Engrg. 92, 1991. M. Jean. The non-smooth contact dynamics method. Ibid. 177,
+// 1999. G. De Saxce, Z.-Q. Feng. The bipotential method. Math. Comput. Modelling 28, 1998. R. T. Rockafellar. Augmented
+// Lagrangians and applications of the proximal point algorithm in convex programming. Math. Oper. Res. 1(2), 1976.
+// Units: y in mm (scaled); forces are divided by the translation stiffness of the coupling [mm]. No allocation.
+// Deterministic.
 #pragma once
 
 #include <array>
 
-#include "contact_qp.h"
+#include "qp6.h"
 
 namespace spheretree::runtime {
+
+inline constexpr int kMaxGroups = 8;
+
+/// a . y + give d(group) >= b, in the step y of the tool and the coordinate d of the group.
+struct ContactRow {
+  Vector6 a = Vector6::Zero();
+  double b = 0;
+  int group = -1;         // group with which it yields, or -1
+  double give = 0;        // coefficient of the group's coordinate
+  double multiplier = 0;  // >= 0; input: an initial guess
+};
+
+struct FrictionDisc {
+  std::array<Vector6, 2> across{Vector6::Zero(), Vector6::Zero()};  // the motion of the tool's point across the normal, by y
+  std::array<double, 2> origin{};                                   // motion of the object there
+  int row = 0;                                                      // of the contact
+  double friction = 0;            // > 0: Coulomb's law; the radius is `friction` times the multiplier of the row
+  double radius = 0;              // >= 0; used if `friction` is 0
+  std::array<double, 2> force{};  // on the tool; input: an initial guess
+};
+
+struct ContactProblem {
+  std::array<ContactRow, kMaxContactRows> rows;
+  std::array<FrictionDisc, kMaxContactRows> discs;
+  std::array<double, kMaxGroups> rest{}, given{};  // d that the group would have alone, and d
+  int row_count = 0, disc_count = 0, group_count = 0;
+  Vector6 target = Vector6::Zero(), y = Vector6::Zero();  // the step without forces, and with them
+  double tolerance = 1e-8;                                // of the motions, by which the laws may be missed [mm, scaled]
+  int iterations = 0;                                     // Newton steps
+  bool converged = false;                                 // the laws hold within `tolerance`
+};
 
 inline constexpr std::size_t kMaxForces = 3 * kMaxContactRows;  // of rows, and two of each disc
 
 /// The force of disc `disc` along one of its axes; that of a row is the number of the row.
 constexpr std::size_t forceOf(std::size_t disc, std::size_t axis) { return kMaxContactRows + 2 * disc + axis; }
 
-/// (force, force) motion of the surface at the point and along the direction of one force, caused by a unit of the
+/// C: (force, force) motion of the surface at the point and along the direction of one force, caused by a unit of the
 /// other; 0 unless both are on tissue. Symmetric and positive semidefinite. Only the entries of existing rows and discs
 /// are read.
 using SurfaceCompliance = std::array<std::array<double, kMaxForces>, kMaxForces>;
 
-/// Solves `qp` with this compliance. Its discs must have a radius or a law; cones are not supported. The forces and
-/// multipliers in `qp` are the initial guess. If `qp.converged` is false, the result is the last iterate. Returns the
-/// work, in groups of rows. Cost: about 1 us for each change of the active rows; with discs, 6 us for each of
-/// `qp.iterations` and five contacts.
-std::uint32_t solveForces(ContactQp& qp, const SurfaceCompliance& compliance) noexcept;
+/// `compliance`: null without tissue. The rows must have a common solution. Any guess is allowed. Whatever happens, the
+/// forces press and lie in their discs.
+/// Returns the work, in the unit of StepLimits::max_work. Cost, with a good guess: 0.3 us for a contact with friction,
+/// 6 us for five, for each of 2 or 3 iterations.
+std::uint32_t solveForces(ContactProblem& problem, const SurfaceCompliance* compliance) noexcept;
 
 }  // namespace spheretree::runtime

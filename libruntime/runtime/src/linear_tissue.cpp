@@ -74,7 +74,7 @@ class LinearTissue final : public SoftTissue {
   void placePatches(const PairSet& set) override;
   void findFront(const RowRequest& request) const override { kernel_.findFront(request); }
   float patchRows(const RowRequest& request) const override { return kernel_.rows(request); }
-  std::uint32_t solve(ContactQp& qp) override;
+  const SurfaceCompliance& compliance() const override { return compliance_; }
   void giveWay(double share) override {
     for (const auto& s : surfaces_)
       if (s) s->giveWay(share);
@@ -88,12 +88,13 @@ class LinearTissue final : public SoftTissue {
   }
   void begin(const PairSet& pairs, const PairSet& felt, const RowSet& rows, const Configuration& tool, bool is_carried) override;
   float stop(std::uint32_t row) const override { return rows_[row].stop; }
-  void setRow(ContactQp& qp, int k, std::uint32_t object, std::uint32_t row, bool is_stop) override;
-  void setDisc(ContactQp& qp, int d, std::uint32_t object, std::uint32_t row, bool is_stop, const std::array<Vector3d, 2>& along) override;
-  void predict(const ContactQp& qp) override;
+  void setRow(ContactProblem& qp, int k, std::uint32_t object, std::uint32_t row, bool is_stop) override;
+  void setDisc(ContactProblem& qp, int d, std::uint32_t object, std::uint32_t row, bool is_stop,
+               const std::array<Vector3d, 2>& along) override;
+  void predict(const ContactProblem& qp) override;
   float predictedBound(std::uint32_t row, bool& is_stop) const override;
-  void press(const ContactQp& qp, std::span<const std::uint32_t> contacts) override;
-  void setStuck(const ContactQp& qp, std::size_t d, std::uint32_t row, double limit) override {
+  void press(const ContactProblem& qp, std::span<const std::uint32_t> contacts) override;
+  void setStuck(const ContactProblem& qp, std::size_t d, std::uint32_t row, double limit) override {
     const Row& on = rows_[row];
     if (is_carried_ || !pressed_[forceOf(d, 0)].surface || !on.is_felt) return;
     const std::array<double, 2>& force = qp.discs[d].force;
@@ -125,10 +126,10 @@ class LinearTissue final : public SoftTissue {
   };
 
   void addRows(const PairRun& run, const PairSet& set, std::uint32_t first, const RowSet& rows, const Configuration& tool);
-  void addForce(const ContactQp& qp, std::size_t force, std::size_t row);
+  void addForce(const ContactProblem& qp, std::size_t force, std::size_t row);
   /// Calls `work` with each force and its multiplier.
   template <class Work>
-  void forForces(const ContactQp& qp, const Work& work) const {
+  void forForces(const ContactProblem& qp, const Work& work) const {
     for (std::size_t k = 0; k < static_cast<std::size_t>(qp.row_count); ++k) work(k, qp.rows[k].multiplier);
     for (std::size_t d = 0; d < static_cast<std::size_t>(qp.disc_count); ++d)
       for (std::size_t axis = 0; axis < 2; ++axis) work(forceOf(d, axis), qp.discs[d].force[axis]);
@@ -146,8 +147,6 @@ class LinearTissue final : public SoftTissue {
   std::vector<Row> rows_;                               // (row) of the rows on tissue
   std::array<SkinPoint, kMaxContactRows> contacts_;     // of the step
   bool is_carried_ = false;
-  int holds_left_ = 0;  // calls of solve() that may still hold friction: fewer than the scans for rows, so that the last one never does
-  bool has_new_rows_ = false;  // since the last call of solve()
   std::array<Pressed, kMaxForces> pressed_;
   std::array<std::vector<Eigen::Matrix3d>, kMaxContactRows> responses_;  // (row) of the near nodes, to a force at its point
   std::array<std::vector<double>, kMaxForces> fields_;                   // (force) displacements of the near nodes for a multiplier of 1
@@ -216,8 +215,6 @@ void LinearTissue::placePatches(const PairSet& set) {
 
 void LinearTissue::begin(const PairSet& pairs, const PairSet& felt, const RowSet& rows, const Configuration& tool, bool is_carried) {
   is_carried_ = is_carried;
-  has_new_rows_ = true;
-  holds_left_ = kMaxContactRows;
   for (Pressed& p : pressed_) p.surface = nullptr;
   for (const PairRun& run : pairs.runs)
     if (memory_.isTissue(run.object)) surfaces_[run.object]->forgetNear(), addRows(run, pairs, 0, rows, tool);
@@ -258,7 +255,7 @@ void LinearTissue::addRows(const PairRun& run, const PairSet& set, std::uint32_t
 }
 
 // The compliance of the surface between this force, which acts at the point of a row, and the others.
-void LinearTissue::addForce(const ContactQp& qp, std::size_t force, std::size_t row) {
+void LinearTissue::addForce(const ContactProblem& qp, std::size_t force, std::size_t row) {
   const Pressed& pressed = pressed_[force];
   if (pressed.surface)
     for (std::size_t i = 0; i < pressed.surface->nearCount(); ++i)
@@ -271,16 +268,8 @@ void LinearTissue::addForce(const ContactQp& qp, std::size_t force, std::size_t 
   });
 }
 
-std::uint32_t LinearTissue::solve(ContactQp& qp) {
-  holds_left_ = has_new_rows_ && holds_left_ > 0 ? holds_left_ - 1 : 0;
-  has_new_rows_ = false;
-  qp.holds_friction = holds_left_ > 0 && qp.disc_count > 0;
-  return solveForces(qp, compliance_);
-}
-
-void LinearTissue::setRow(ContactQp& qp, int k, std::uint32_t object, std::uint32_t row, bool is_stop) {
+void LinearTissue::setRow(ContactProblem& qp, int k, std::uint32_t object, std::uint32_t row, bool is_stop) {
   const auto at = static_cast<std::size_t>(k);
-  has_new_rows_ = true;
   Pressed& pressed = pressed_[at];
   pressed.surface = nullptr;
   if (memory_.isTissue(object)) {
@@ -299,7 +288,7 @@ void LinearTissue::setRow(ContactQp& qp, int k, std::uint32_t object, std::uint3
 }
 
 // A contact moves the surface in tangential directions, too. It slips by the rest of its motion.
-void LinearTissue::setDisc(ContactQp& qp, int d, std::uint32_t object, std::uint32_t row, bool is_stop,
+void LinearTissue::setDisc(ContactProblem& qp, int d, std::uint32_t object, std::uint32_t row, bool is_stop,
                            const std::array<Vector3d, 2>& along) {
   const auto at = static_cast<std::size_t>(d), of = static_cast<std::size_t>(qp.discs[at].row);
   for (std::size_t axis = 0; axis < 2; ++axis) pressed_[forceOf(at, axis)].surface = nullptr;
@@ -316,7 +305,7 @@ void LinearTissue::setDisc(ContactQp& qp, int d, std::uint32_t object, std::uint
   for (std::size_t axis = 0; axis < 2; ++axis) addForce(qp, forceOf(at, axis), of);
 }
 
-void LinearTissue::predict(const ContactQp& qp) {
+void LinearTissue::predict(const ContactProblem& qp) {
   for (const auto& surface : surfaces_) {
     if (!surface || surface->nearCount() == 0) continue;
     const std::size_t size = 3 * surface->nearCount();
@@ -337,7 +326,7 @@ float LinearTissue::predictedBound(std::uint32_t row, bool& is_stop) const {
   return std::max(bound, on.stop);
 }
 
-void LinearTissue::press(const ContactQp& qp, std::span<const std::uint32_t> contacts) {
+void LinearTissue::press(const ContactProblem& qp, std::span<const std::uint32_t> contacts) {
   for (std::size_t k = 0; k < contacts.size(); ++k) contacts_[k] = rows_[contacts[k]].point;
   for (const auto& s : surfaces_)
     if (s) s->aimAt(is_carried_);

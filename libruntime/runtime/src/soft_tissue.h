@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "contact_qp.h"
+#include "contact_forces.h"
 #include "pair_set.h"
 #include "row_set.h"
 #include "spheretree/core/tissue.h"
@@ -49,9 +49,8 @@ class SoftTissue {
   virtual void findFront(const RowRequest& request) const = 0;
   /// Like the kernel's feltRows(), for patches of tissue.
   virtual float patchRows(const RowRequest& request) const = 0;
-  /// solveForces(), with the compliance of the surface. Returns its work. While each call has new rows, the forces of
-  /// the discs are held, which is quicker; the call after it, without a new row, solves for all.
-  virtual std::uint32_t solve(ContactQp& qp) = 0;
+  /// Of the rows and discs that setRow() and setDisc() have named.
+  virtual const SurfaceCompliance& compliance() const = 0;
   /// Moves by `share` towards the target of the last press().
   virtual void giveWay(double share) = 0;
   /// Sets all target forces to zero.
@@ -62,19 +61,19 @@ class SoftTissue {
   /// The right-hand side of a row on tissue that has reached its largest displacement.
   virtual float stop(std::uint32_t row) const = 0;
   /// Uses `row` as row `k` of the problem. That of a rigid object is on no surface.
-  virtual void setRow(ContactQp& qp, int k, std::uint32_t object, std::uint32_t row, bool is_stop) = 0;
+  virtual void setRow(ContactProblem& qp, int k, std::uint32_t object, std::uint32_t row, bool is_stop) = 0;
   /// Disc `d` of the problem belongs to this row and has these two axes in the world: the surface moves with it.
-  virtual void setDisc(ContactQp& qp, int d, std::uint32_t object, std::uint32_t row, bool is_stop,
+  virtual void setDisc(ContactProblem& qp, int d, std::uint32_t object, std::uint32_t row, bool is_stop,
                        const std::array<Eigen::Vector3d, 2>& along) = 0;
   /// Predicts the displacement of the surface by the multipliers; predictedBound() then gives the right-hand side of a
   /// row, which may be its stop.
-  virtual void predict(const ContactQp& qp) = 0;
+  virtual void predict(const ContactProblem& qp) = 0;
   virtual float predictedBound(std::uint32_t row, bool& is_stop) const = 0;
   /// The forces of the solution become the target forces. Contact k of the step is then at the point of row
   /// contacts[k].
-  virtual void press(const ContactQp& qp, std::span<const std::uint32_t> contacts) = 0;
+  virtual void press(const ContactProblem& qp, std::span<const std::uint32_t> contacts) = 0;
   /// Notes whether disc `d`, of this row, sticks: with a force below `limit` its ball stays at its point.
-  virtual void setStuck(const ContactQp& qp, std::size_t d, std::uint32_t row, double limit) = 0;
+  virtual void setStuck(const ContactProblem& qp, std::size_t d, std::uint32_t row, double limit) = 0;
   /// Displacement of the point of contact `k` in this step, world axes [mm].
   virtual Eigen::Vector3d movedInStep(std::size_t object, std::size_t k) const = 0;
 

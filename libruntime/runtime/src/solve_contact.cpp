@@ -3,16 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact_qp.h"
+#include "contact_forces.h"
 #include "moving_bodies.h"
 #include "step_parts.h"
 
 namespace spheretree::runtime {
 namespace {
 
-constexpr int kMaxFrictionRounds = 3;  // first with Coulomb's law itself; if that does not converge, with discs, and then with cones
-constexpr int kNewtonWork = 40, kRowWork = 5, kDiscWork = 15;  // cost of a Newton step, in groups of rows
-constexpr int kMaxScans = 36;                                  // rows that enter
+constexpr int kMaxScans = 36;             // rows that enter
 constexpr int kMaxNewRows = 4;            // that join the rows of the last piece before the QP without friction is asked
 constexpr double kForceTolerance = 1e-6;  // of the residuals: gaps are floats and not known more accurately [mm, scaled]
 constexpr double kMaxGive = 0.5;          // share of the smallest distance of two centres: limit by which an object yields
@@ -40,7 +38,7 @@ class ContactSolver {
         target_(target),
         carried_(carried),
         rotation_(parts.contact_pose.orientation.toRotationMatrix()),
-        qp_(*parts.memory.contact_qp) {}
+        problem_(*parts.memory.contact_problem) {}
 
   double run();
 
@@ -57,10 +55,6 @@ class ContactSolver {
   int groupOf(std::uint32_t object);
   void addDisc(int k, const RowName& name);
   bool takeInViolated();
-  void makeDiscs();
-  void makeCones();
-  void joinCones();
-  void solveRounds();
   [[gnu::noinline]] void solve();
   void solveScans();
   void keep();
@@ -73,13 +67,12 @@ class ContactSolver {
   const Vector6 target_;
   const CarriedPiece* carried_;
   const Eigen::Matrix3d rotation_;  // of the tool, where the rows were made
-  ContactQp& qp_;
-  std::array<std::uint32_t, kMaxContactRows> row_;               // index in the scan, of each row of the problem
-  std::array<double, kMaxContactRows> pressed_;                  // initial multipliers
-  std::array<int, kMaxContactRows> disc_;                        // of each row, or -1
-  std::array<double, kMaxContactRows> friction_;                 // coefficient times weight, for each disc's row
-  std::array<Tangents, kMaxContactRows> tangents_;               // of each disc
-  enum class Law { Coulomb, Discs, Cones } law_ = Law::Coulomb;  // of the discs
+  ContactProblem& problem_;
+  std::array<std::uint32_t, kMaxContactRows> row_;  // index in the scan, of each row of the problem
+  std::array<double, kMaxContactRows> pressed_;     // initial multipliers
+  std::array<int, kMaxContactRows> disc_;           // of each row, or -1
+  std::array<double, kMaxContactRows> friction_;    // coefficient times weight, for each disc's row
+  std::array<Tangents, kMaxContactRows> tangents_;  // of each disc
   std::array<std::uint32_t, kMaxGroups> group_object_{};
   std::array<double, kMaxGroups> group_scale_{};  // [mm] of the object for each mm of the coordinate
   std::array<bool, kMaxContactRows> is_stop_;     // for each row: of tissue that has reached its largest displacement
@@ -102,32 +95,32 @@ void ContactSolver::restoreSoft() {
 
 // The index of a row in the problem; -1: it is not in it.
 int ContactSolver::placeOf(std::uint32_t row, bool is_stop) const {
-  int k = qp_.row_count;
+  int k = problem_.row_count;
   while (--k >= 0)
     if (row_[static_cast<std::size_t>(k)] == row && is_stop_[static_cast<std::size_t>(k)] == is_stop) break;
   return k;
 }
 
 int ContactSolver::groupOf(std::uint32_t object) {
-  for (int g = 0; g < qp_.group_count; ++g)
+  for (int g = 0; g < problem_.group_count; ++g)
     if (group_object_[static_cast<std::size_t>(g)] == object) return g;
-  if (qp_.group_count == kMaxGroups || qp_.row_count == kMaxContactRows) return -1;
-  const int g = qp_.group_count++;
+  if (problem_.group_count == kMaxGroups || problem_.row_count == kMaxContactRows) return -1;
+  const int g = problem_.group_count++;
   const auto at = static_cast<std::size_t>(g);
   group_object_[at] = object;
   group_scale_[at] = scene_.objects[object].softness;
-  qp_.given[at] = memory_.give[object] / group_scale_[at];
-  qp_.rest[at] = carried_ ? qp_.given[at] : 0;
-  ContactRow& bound = qp_.rows[static_cast<std::size_t>(qp_.row_count)];
+  problem_.given[at] = memory_.give[object] / group_scale_[at];
+  problem_.rest[at] = carried_ ? problem_.given[at] : 0;
+  ContactRow& bound = problem_.rows[static_cast<std::size_t>(problem_.row_count)];
   bound = {};
   bound.group = g;
   bound.give = -1;
   bound.b = -kMaxGive * scene_.min_contact / group_scale_[at];
-  pressed_[static_cast<std::size_t>(qp_.row_count)] = 0;
-  row_[static_cast<std::size_t>(qp_.row_count)] = ~0u;
-  is_stop_[static_cast<std::size_t>(qp_.row_count)] = false;
-  disc_[static_cast<std::size_t>(qp_.row_count++)] = -1;
-  if (memory_.tissue) memory_.tissue->setRow(qp_, qp_.row_count - 1, object, ~0u, false);
+  pressed_[static_cast<std::size_t>(problem_.row_count)] = 0;
+  row_[static_cast<std::size_t>(problem_.row_count)] = ~0u;
+  is_stop_[static_cast<std::size_t>(problem_.row_count)] = false;
+  disc_[static_cast<std::size_t>(problem_.row_count++)] = -1;
+  if (memory_.tissue) memory_.tissue->setRow(problem_, problem_.row_count - 1, object, ~0u, false);
   return g;
 }
 
@@ -136,20 +129,19 @@ int ContactSolver::takeIn(std::uint32_t row, double multiplier, bool is_stop) {
   if (const int known = placeOf(row, is_stop); known >= 0) return known;
   const RowName name = parts_.nameOfRow(pairs_, row);
   const int group = scene_.objects[name.object].softness > 0 ? groupOf(name.object) : -1;
-  int k = qp_.row_count;
+  int k = problem_.row_count;
   if (k == kMaxContactRows) {  // replaces a row without force and friction
-    for (k = 0; k < qp_.row_count; ++k) {
+    for (k = 0; k < problem_.row_count; ++k) {
       const auto at = static_cast<std::size_t>(k);
-      if (qp_.rows[at].multiplier == 0 && disc_[at] < 0 && row_[at] != ~0u) break;
+      if (problem_.rows[at].multiplier == 0 && disc_[at] < 0 && row_[at] != ~0u) break;
     }
-    if (k == qp_.row_count) return -1;
+    if (k == problem_.row_count) return -1;
   } else {
-    ++qp_.row_count;
+    ++problem_.row_count;
   }
   const auto at = static_cast<std::size_t>(k);
-  ContactRow& r = qp_.rows[at];
+  ContactRow& r = problem_.rows[at];
   for (std::size_t i = 0; i < 6; ++i) r.a[static_cast<Eigen::Index>(i)] = static_cast<double>(rows_.rows.a[i][row]);
-  r.compliance = 0;
   r.group = -1;
   r.give = 0;
   r.b = static_cast<double>(rows_.b[row]);
@@ -163,32 +155,30 @@ int ContactSolver::takeIn(std::uint32_t row, double multiplier, bool is_stop) {
   row_[at] = row;
   disc_[at] = -1;
   is_stop_[at] = is_stop;
-  if (memory_.tissue) memory_.tissue->setRow(qp_, k, name.object, row, is_stop);
+  if (memory_.tissue) memory_.tissue->setRow(problem_, k, name.object, row, is_stop);
   if (parts_.rubs && scene_.objects[name.object].friction > 0) addDisc(k, name);
   return k;
 }
 
 void ContactSolver::addDisc(int k, const RowName& name) {
-  const auto at = static_cast<std::size_t>(k), d = static_cast<std::size_t>(qp_.disc_count++);
+  const auto at = static_cast<std::size_t>(k), d = static_cast<std::size_t>(problem_.disc_count++);
   const double weight = static_cast<double>(rows_.weight[row_[at]]);
   const Sphere& ball = scene_.tool.spheres[name.pair >> 16];
   const double centre[3] = {ball.x, ball.y, ball.z}, radius = static_cast<double>(ball.radius);
   double normal[3], arm[3], force[3];
   const Eigen::Vector3d* const rubbing = parts_.rubbingOf(name);
   for (int i = 0; i < 3; ++i) {
-    normal[i] = qp_.rows[at].a[i] / weight;
+    normal[i] = problem_.rows[at].a[i] / weight;
     arm[i] = rotation_(i, 0) * centre[0] + rotation_(i, 1) * centre[1] + rotation_(i, 2) * centre[2] - radius * normal[i];
     force[i] = rubbing ? (*rubbing)[i] : 0;
   }
   disc_[at] = static_cast<int>(d);
   const Tangents& t = tangents_[d] = tangentsOf(normal);
   friction_[d] = scene_.objects[name.object].friction * weight;
-  FrictionDisc& disc = qp_.discs[d];
+  FrictionDisc& disc = problem_.discs[d];
   disc.row = k;
-  disc.radius = friction_[d] * qp_.rows[at].multiplier;
-  disc.law = law_ == Law::Coulomb ? friction_[d] : 0;
-  disc.friction = law_ == Law::Cones ? friction_[d] : 0;
-  disc.slip = disc.pressure = 0;
+  disc.friction = carried_ ? 0 : friction_[d];  // while bodies move, contact forces stay those of before
+  disc.radius = friction_[d] * problem_.rows[at].multiplier;
   for (std::size_t i = 0; i < 2; ++i) {
     const double* const along = (i == 0 ? t.first : t.second).data();
     double* const across = disc.across[i].data();
@@ -205,15 +195,14 @@ void ContactSolver::addDisc(int k, const RowName& name) {
     const Vector6 z = parts_.scaledVector(motionAt(body, carried_->share, parts_.contact_pose.position));
     for (std::size_t i = 0; i < 2; ++i) disc.origin[i] = disc.across[i].dot(z);
   }
-  if (memory_.tissue) memory_.tissue->setDisc(qp_, static_cast<int>(d), name.object, row_[at], is_stop_[at], {t.first, t.second});
+  if (memory_.tissue) memory_.tissue->setDisc(problem_, static_cast<int>(d), name.object, row_[at], is_stop_[at], {t.first, t.second});
 }
 
 // Adds the previously active rows, with their multipliers.
 void ContactSolver::start() {
-  qp_.row_count = qp_.disc_count = qp_.group_count = 0;
-  qp_.y.setZero();
-  qp_.target = target_;
-  qp_.tolerance = kForceTolerance;
+  problem_.row_count = problem_.disc_count = problem_.group_count = 0;
+  problem_.target = target_;
+  problem_.tolerance = kForceTolerance;
   for (std::size_t k = 0; k < memory_.active_count; ++k) {
     const std::uint32_t row = parts_.rowOf(pairs_, memory_.active_names[k]);
     if (row != ~0u) takeIn(row, memory_.active_multiplier[k]);
@@ -226,7 +215,7 @@ bool ContactSolver::holdsAsBefore() {
   start();
   for (int scan = 0; scan < kMaxNewRows; ++scan) {
     solve();
-    if (!qp_.converged) return false;
+    if (!problem_.converged) return false;
     if (!takeInViolated()) return true;
   }
   return false;
@@ -242,7 +231,7 @@ void ContactSolver::predict() {
 
 // Adds the row that the solution violates most; false if there is none, or no space for it.
 bool ContactSolver::takeInViolated() {
-  if (memory_.tissue) memory_.tissue->predict(qp_);
+  if (memory_.tissue) memory_.tissue->predict(problem_);
   if (scene_.has_soft)
     forSoftRows([&](std::uint32_t object, std::uint32_t i) {
       bool is_at_stop = false;
@@ -251,16 +240,16 @@ bool ContactSolver::takeInViolated() {
         return;
       }
       double give = 0;
-      for (int g = 0; g < qp_.group_count; ++g)
+      for (int g = 0; g < problem_.group_count; ++g)
         if (group_object_[static_cast<std::size_t>(g)] == object)
-          give = qp_.given[static_cast<std::size_t>(g)] * group_scale_[static_cast<std::size_t>(g)];
+          give = problem_.given[static_cast<std::size_t>(g)] * group_scale_[static_cast<std::size_t>(g)];
       rows_.b[i] = memory_.soft_b[i] + static_cast<float>(memory_.give[object] - give) * rows_.weight[i];
     });
   float y[6];
   double largest = 0;
   for (std::size_t k = 0; k < 6; ++k) {
-    y[k] = static_cast<float>(qp_.y[static_cast<Eigen::Index>(k)]);
-    largest = std::max(largest, std::abs(qp_.y[static_cast<Eigen::Index>(k)]));
+    y[k] = static_cast<float>(problem_.y[static_cast<Eigen::Index>(k)]);
+    largest = std::max(largest, std::abs(problem_.y[static_cast<Eigen::Index>(k)]));
   }
   const WorstRow worst = memory_.kernel->worstRow(rows_.rows.a.data(), rows_.rows.b, rows_.rows.count, y);
   parts_.result.work += (rows_.rows.count + 7) / 8;
@@ -274,81 +263,18 @@ bool ContactSolver::takeInViolated() {
   return is_violated && takeIn(worst.row, 0, is_stop) >= 0;
 }
 
-// Resets the multipliers to the initial ones, for constant radii.
-void ContactSolver::makeDiscs() {
-  law_ = Law::Discs;
-  for (int k = 0; k < qp_.row_count; ++k) qp_.rows[static_cast<std::size_t>(k)].multiplier = pressed_[static_cast<std::size_t>(k)];
-  for (int d = 0; d < qp_.disc_count; ++d) {
-    FrictionDisc& disc = qp_.discs[static_cast<std::size_t>(d)];
-    disc.law = 0;
-    disc.force = {};
-    disc.radius = friction_[static_cast<std::size_t>(d)] * qp_.rows[static_cast<std::size_t>(disc.row)].multiplier;
-  }
-}
-
-// The forces of cones obey the law for any slip; the slip of the previous round is used.
-void ContactSolver::makeCones() {
-  law_ = Law::Cones;
-  for (int d = 0; d < qp_.disc_count; ++d) {
-    const auto at = static_cast<std::size_t>(d);
-    FrictionDisc& disc = qp_.discs[at];
-    ContactRow& row = qp_.rows[static_cast<std::size_t>(disc.row)];
-    disc.friction = friction_[at];
-    disc.slip = std::hypot(disc.across[0].dot(qp_.y) - disc.origin[0], disc.across[1].dot(qp_.y) - disc.origin[1]);
-    disc.pressure = row.multiplier;
-    row.multiplier = 0;
-  }
-}
-
-void ContactSolver::joinCones() {
-  for (std::size_t d = 0; d < static_cast<std::size_t>(qp_.disc_count); ++d)
-    qp_.rows[static_cast<std::size_t>(qp_.discs[d].row)].multiplier += qp_.discs[d].pressure;
-}
-
 void ContactSolver::solve() {
-  if (memory_.tissue) {
-    parts_.result.work += memory_.tissue->solve(qp_);
-  } else {
-    solveContactQp(qp_);
-    parts_.result.work +=
-        static_cast<std::uint32_t>(qp_.iterations * (kNewtonWork + kRowWork * qp_.row_count + kDiscWork * qp_.disc_count));
-  }
-  parts_.result.qp_iterations += static_cast<std::uint32_t>(qp_.iterations);
-}
-
-void ContactSolver::solveScans() {
-  for (int scan = 0; scan < kMaxScans; ++scan) {
-    solve();
-    const bool is_lost = !qp_.converged && law_ == Law::Coulomb && qp_.disc_count > 0 && !memory_.tissue;
-    if (is_lost || (!takeInViolated() && !qp_.holds_friction)) break;
-  }
-}
-
-void ContactSolver::solveRounds() {
-  if (carried_ || qp_.disc_count == 0) {
-    solveScans();
-    return;
-  }
-  solveScans();
-  int rounds = 1;
-  if (!qp_.converged && !memory_.tissue) {
-    rounds = kMaxFrictionRounds;
-    makeDiscs();
-    solveScans();
-    makeCones();
-    solveScans();
-    joinCones();
-  }
-  parts_.result.friction_rounds = std::max(parts_.result.friction_rounds, static_cast<std::uint32_t>(rounds));
+  parts_.result.work += solveForces(problem_, memory_.tissue ? &memory_.tissue->compliance() : nullptr);
+  parts_.result.qp_iterations += static_cast<std::uint32_t>(problem_.iterations);
 }
 
 void ContactSolver::keep() {
   QpAnswer& answer = memory_.answer;
-  answer.y = qp_.y;
+  answer.y = problem_.y;
   answer.active_count = 0;
-  for (int k = 0; k < qp_.row_count; ++k) {
+  for (int k = 0; k < problem_.row_count; ++k) {
     const auto at = static_cast<std::size_t>(k);
-    const double multiplier = carried_ ? pressed_[at] : qp_.rows[at].multiplier;
+    const double multiplier = carried_ ? pressed_[at] : problem_.rows[at].multiplier;
     if (!(multiplier > 1e-12) || row_[at] == ~0u) continue;
     std::size_t slot = 0;  // a row of tissue and its stop are one contact
     while (slot < answer.active_count && answer.active[slot] != row_[at]) ++slot;
@@ -361,23 +287,23 @@ void ContactSolver::keep() {
     answer.multiplier[slot] += multiplier;
     if (disc_[at] < 0) continue;
     const auto d = static_cast<std::size_t>(disc_[at]);
-    if (memory_.tissue) memory_.tissue->setStuck(qp_, d, row_[at], friction_[d] * multiplier);
-    memory_.active_rubbing[slot] += qp_.discs[d].force[0] * tangents_[d].first + qp_.discs[d].force[1] * tangents_[d].second;
+    if (memory_.tissue) memory_.tissue->setStuck(problem_, d, row_[at], friction_[d] * multiplier);
+    memory_.active_rubbing[slot] += problem_.discs[d].force[0] * tangents_[d].first + problem_.discs[d].force[1] * tangents_[d].second;
   }
   parts_.result.active = answer.active_count;
-  if (memory_.tissue) memory_.tissue->press(qp_, {answer.active.data(), answer.active_count});
+  parts_.result.unsolved += problem_.converged ? 0 : 1;
+  if (memory_.tissue) memory_.tissue->press(problem_, {answer.active.data(), answer.active_count});
   for (std::size_t i = 0; i < memory_.give.size(); ++i) {
     memory_.give_from[i] = memory_.give[i];
     memory_.give_to[i] = 0;
   }
-  for (int g = 0; g < qp_.group_count; ++g) {
+  for (int g = 0; g < problem_.group_count; ++g) {
     const auto at = static_cast<std::size_t>(g);
-    memory_.give_to[group_object_[at]] = std::max(0.0, qp_.given[at] * group_scale_[at]);
+    memory_.give_to[group_object_[at]] = std::max(0.0, problem_.given[at] * group_scale_[at]);
   }
 }
 
 double ContactSolver::run() {
-  if (carried_) law_ = Law::Discs;  // while bodies move, contact forces stay those of before
   if (memory_.tissue) memory_.tissue->begin(pairs_, parts_.felt(), rows_, parts_.contact_pose, carried_ != nullptr);
   if (scene_.has_soft)
     forSoftRows([&](std::uint32_t object, std::uint32_t i) {
@@ -387,14 +313,16 @@ double ContactSolver::run() {
   double back = 0;
   if (holdsAsBefore()) {
     memory_.answer.status = QpStatus::Optimal;
-    parts_.result.friction_rounds = std::max(parts_.result.friction_rounds, 1u);
   } else {
     back = parts_.solve(rows_, target_);
     restoreSoft();
     if (memory_.answer.status != QpStatus::Optimal) return back;
     start();
     predict();
-    solveRounds();
+    for (int scan = 0; scan < kMaxScans; ++scan) {
+      solve();
+      if (!problem_.converged || !takeInViolated()) break;
+    }
   }
   keep();
   return back;

@@ -69,7 +69,7 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
   row_memory.reset(static_cast<float*>(::operator new[](kRowArrays* row_stride * sizeof(float), kRowAlignment)));
   std::fill_n(row_memory.get(), kRowArrays * row_stride, 0.0f);
   active_rubbing.fill(Eigen::Vector3d::Zero());
-  if (scene.has_friction || scene.has_soft) contact_qp = std::make_unique<ContactQp>();
+  if (scene.has_friction || scene.has_soft) contact_problem = std::make_unique<ContactProblem>();
   if (!scene.has_soft) return;
   for (auto* list : {&give, &give_before, &give_from, &give_to}) *list = std::vector<double>(count);
   soft_b = std::vector<float>(row_stride);

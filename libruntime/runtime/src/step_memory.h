@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "compiled_scene.h"
-#include "contact_qp.h"
+#include "contact_forces.h"
 #include "kernel.h"
 #include "moving_body.h"
 #include "pair_set.h"
@@ -87,7 +87,7 @@ struct StepMemory {
   double depth = 0;                                            // penetration of the tool at the end of the last step [mm]
   Displacement stretch;                                        // of spring and damper at the end of the last step
   Displacement motion;                                         // motion of the graphic tool in the last step, which its mass continues
-  std::unique_ptr<ContactQp> contact_qp;                       // of the piece; null without friction and compliance
+  std::unique_ptr<ContactProblem> contact_problem;             // of the piece; null without friction and compliance
   QpAnswer answer;                                             // of the last QP
   std::array<Contact, kMaxContacts> contacts{};
   std::uint8_t contact_count = 0;

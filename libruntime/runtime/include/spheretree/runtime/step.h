@@ -49,7 +49,7 @@ struct StepResult {
   std::uint32_t qp_iterations = 0;
   std::uint32_t searches = 0, linearisations = 0;
   std::uint32_t work = 0;             // in the unit of StepLimits::max_work
-  std::uint32_t friction_rounds = 0;  // largest number, over all QPs of the step, of rounds until friction forces match contact forces
+  std::uint32_t unsolved = 0;  // contact problems whose forces miss the laws of contact and friction by more than 1e-6 mm of motion
 };
 
 /// Time spent in the stages of one step [ns]. Reading the clock costs about 25 ns each time.
