@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Subject: contact_forces.h
-#include "contact_forces.h"
+#include "contact/contact_forces.h"
 
 #include <gtest/gtest.h>
 

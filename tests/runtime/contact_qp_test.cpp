@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "contact_qp.h"
+#include "contact/contact_qp.h"
 
 #include <gtest/gtest.h>
 
