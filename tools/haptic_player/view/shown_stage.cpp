@@ -10,7 +10,7 @@
 #include "probe.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/scene_file.h"
-#include "state/soft_tissue.h"
+#include "scene/tissue_model.h"
 #include "view/start_pose.h"
 
 namespace spheretree::player {
