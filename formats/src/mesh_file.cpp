@@ -9,8 +9,6 @@
 #include <span>
 #include <stdexcept>
 
-#include "content_kind.h"
-#include "other_content.h"
 #include "spheretree/core/mesh_edit.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
@@ -19,7 +17,9 @@
 #include "spheretree/formats/off.h"
 #include "spheretree/formats/ply.h"
 #include "spheretree/formats/stl.h"
-#include "text_scan.h"
+#include "text/content_kind.h"
+#include "text/other_content.h"
+#include "text/text_scan.h"
 
 namespace spheretree::formats {
 namespace {

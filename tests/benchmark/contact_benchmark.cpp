@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What friction and bodies that move cost: each case is a hand's path in a scene without them and in the same scene
 // with them. Prints processor times of both, interleaved in one run (median over rounds of the mean of a step), their
-// ratio, and the share of steps with forces that miss the law of friction. Instructions: run one case in one variant under callgrind,
+// ratio, and the share of steps with forces that miss the law of friction. Instructions: run one case in one variant
+// under callgrind,
 //   valgrind --tool=callgrind --toggle-collect='spheretree::runtime::step(*' contact_benchmark CASE plain|with
 // Usage: contact_benchmark [CASE [plain|with]]
 #include <time.h>

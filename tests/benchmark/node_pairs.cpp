@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "compiled_tree.h"
+#include "scene/compiled_tree.h"
 #include "spheretree/core/rigid.h"
 #include "spheretree/core/sphere_tree_codec.h"
 #include "support/random.h"

@@ -20,11 +20,11 @@
 #include <vector>
 
 #include "benchmark/benchmark_scenes.h"
-#include "find_pairs.h"
 #include "quantile.h"
-#include "rows.h"
+#include "rows/rows.h"
+#include "search/find_pairs.h"
 #include "spheretree/runtime/step.h"
-#include "step_memory.h"
+#include "state/step_memory.h"
 #include "support/quadprog_peer.h"
 #include "support/shape_trees.h"
 

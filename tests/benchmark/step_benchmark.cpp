@@ -21,9 +21,9 @@
 #include <vector>
 
 #include "benchmark/benchmark_scenes.h"
-#include "compiled_scene.h"
-#include "find_pairs.h"
 #include "quantile.h"
+#include "scene/compiled_scene.h"
+#include "search/find_pairs.h"
 #include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/runtime/step.h"
 

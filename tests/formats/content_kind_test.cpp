@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "content_kind.h"
+#include "text/content_kind.h"
 
 #include <gtest/gtest.h>
 

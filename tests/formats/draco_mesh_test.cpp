@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "draco_mesh.h"
+#include "gltf/draco_mesh.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstring>
 
-#include "gltf_model.h"
-#include "little_endian.h"
+#include "gltf/gltf_model.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/gltf.h"
 #include "support/compressed_gltf.h"
@@ -15,6 +14,7 @@
 #include "support/random.h"
 #include "support/shapes.h"
 #include "support/texts.h"
+#include "text/little_endian.h"
 
 namespace spheretree::formats {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "glb_writer.h"
+#include "gltf/glb_writer.h"
 
 #include <gtest/gtest.h>
 

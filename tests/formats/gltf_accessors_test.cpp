@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gltf_accessors.h"
+#include "gltf/gltf_accessors.h"
 
 #include <gtest/gtest.h>
 

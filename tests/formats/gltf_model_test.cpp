@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The model of a document, for any bytes; gltf_test.cpp tests the mesh that the reader makes of it.
-#include "gltf_model.h"
+#include "gltf/gltf_model.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Instances and skins, as the reader of glTF places them.
-#include "gltf_nodes.h"
+#include "gltf/gltf_nodes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gltf_uris.h"
+#include "gltf/gltf_uris.h"
 
 #include <gtest/gtest.h>
 

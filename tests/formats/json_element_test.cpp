@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "json_element.h"
+#include "text/json_element.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "json_layout.h"
+#include "text/json_layout.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "meshopt_view.h"
+#include "gltf/meshopt_view.h"
 
 #include <gtest/gtest.h>
 #include <meshoptimizer.h>
@@ -9,7 +9,6 @@
 #include <bit>
 #include <cmath>
 
-#include "little_endian.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/gltf.h"
 #include "support/compressed_gltf.h"
@@ -17,6 +16,7 @@
 #include "support/random.h"
 #include "support/shapes.h"
 #include "support/texts.h"
+#include "text/little_endian.h"
 
 namespace spheretree::formats {
 namespace {

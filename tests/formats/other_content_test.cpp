@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "other_content.h"
+#include "text/other_content.h"
 
 #include <gtest/gtest.h>
 

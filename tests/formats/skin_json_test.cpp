@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "skin_json.h"
+#include "tree/skin_json.h"
 
 #include <gtest/gtest.h>
 

@@ -38,6 +38,25 @@ def in_order(*wings):
 # Folder of a room: its wings, the lowest first. Each may include the named ones, and what these may include. A wing is
 # a folder; "." stands for the files in the room's own folder.
 WINGS = {
+    "libruntime/runtime": {
+        "scene": [],
+        "kernel": ["scene"],
+        "contact": ["kernel"],
+        "state": ["contact"],
+        "search": ["state"],
+        "rows": ["state"],
+        "tissue": ["search", "rows"],
+        "step": ["search", "rows"],
+        ".": ["step"],
+    },
+    "formats": {
+        "text": [],
+        "mesh": ["text"],
+        "gltf": ["mesh"],
+        "tree": ["gltf"],
+        "scene": ["text"],
+        ".": ["gltf"],
+    },
     "libspheretree": {
         "base": [],
         "geometry": ["base"],

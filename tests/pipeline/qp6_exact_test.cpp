@@ -10,8 +10,8 @@
 #include <cmath>
 #include <vector>
 
-#include "kernel.h"
-#include "qp6.h"
+#include "contact/qp6.h"
+#include "kernel/kernel.h"
 #include "support/random.h"
 
 namespace spheretree::runtime {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "best_pose.h"
+#include "step/best_pose.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Subject: contact_forces.h
-#include "contact_forces.h"
+#include "contact/contact_forces.h"
 
 #include <gtest/gtest.h>
 

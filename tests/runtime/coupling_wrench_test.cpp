@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "coupling_wrench.h"
+#include "step/coupling_wrench.h"
 
 #include <gtest/gtest.h>
 

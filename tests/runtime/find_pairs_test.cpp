@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "find_pairs.h"
+#include "search/find_pairs.h"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@
 
 #include <Eigen/Geometry>
 
-#include "step_memory.h"
+#include "state/step_memory.h"
 #include "support/compiled_scene.h"
 #include "support/sample_skins.h"
 #include "support/shape_trees.h"

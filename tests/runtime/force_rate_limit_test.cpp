@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "force_rate_limit.h"
+#include "step/force_rate_limit.h"
 
 #include <gtest/gtest.h>
 

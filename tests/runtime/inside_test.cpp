@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A tool that starts inside an object. Subject: inside.h
-#include "inside.h"
+#include "step/inside.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <string>
 
 #include "spheretree/runtime/step.h"
-#include "step_memory.h"
+#include "state/step_memory.h"
 #include "support/rig.h"
 
 namespace spheretree::runtime {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "qp6.h"
+#include "contact/qp6.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include <Eigen/Dense>
 
-#include "kernel.h"
+#include "kernel/kernel.h"
 #include "support/random.h"
 
 namespace spheretree::runtime {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rows.h"
+#include "rows/rows.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "find_pairs.h"
-#include "step_memory.h"
+#include "search/find_pairs.h"
+#include "state/step_memory.h"
 #include "support/row_dot.h"
 #include "support/shape_trees.h"
 

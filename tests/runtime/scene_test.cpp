@@ -7,7 +7,7 @@
 #include <functional>
 #include <limits>
 
-#include "compiled_scene.h"
+#include "scene/compiled_scene.h"
 #include "support/sample_skins.h"
 #include "support/shape_trees.h"
 

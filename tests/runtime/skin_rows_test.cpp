@@ -14,9 +14,9 @@
 
 #include <Eigen/Dense>
 
-#include "find_pairs.h"
-#include "rows.h"
-#include "step_memory.h"
+#include "rows/rows.h"
+#include "search/find_pairs.h"
+#include "state/step_memory.h"
 #include "support/row_dot.h"
 #include "support/sample_skins.h"
 #include "support/shape_trees.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "soft_model.h"
+#include "tissue/soft_model.h"
 
 #include <gtest/gtest.h>
 

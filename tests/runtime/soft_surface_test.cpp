@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "soft_surface.h"
+#include "tissue/soft_surface.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "step_parts.h"
+#include "step/step_parts.h"
 #include "support/rig.h"
 
 namespace spheretree::runtime {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Contacts with friction or on objects that yield: solve_contact_test.cpp
-#include "step_parts.h"
+#include "step/step_parts.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "moving_bodies.h"
+#include "state/moving_bodies.h"
 #include "support/random.h"
 #include "support/rig.h"
 #include "support/row_dot.h"

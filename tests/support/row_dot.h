@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "rows.h"
+#include "rows/rows.h"
 
 namespace spheretree::test {
 

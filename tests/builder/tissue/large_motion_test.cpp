@@ -8,7 +8,7 @@
 
 #include "spheretree/runtime/step.h"
 #include "spheretree/tissue/moving_tissue.h"
-#include "step_parts.h"
+#include "step/step_parts.h"
 #include "support/random.h"
 #include "support/shape_trees.h"
 #include "support/soft_block.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "moved_skin.h"
+#include "tissue/moved_skin.h"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,10 @@
 #include <cmath>
 #include <functional>
 
-#include "compiled_scene.h"
-#include "soft_model.h"
+#include "scene/compiled_scene.h"
 #include "support/random.h"
 #include "support/soft_block.h"
+#include "tissue/soft_model.h"
 
 namespace spheretree::runtime {
 namespace {

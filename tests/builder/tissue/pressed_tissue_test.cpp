@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "soft_tissue.h"
 #include "spheretree/runtime/step.h"
+#include "state/soft_tissue.h"
 #include "support/count_allocations.h"
 #include "support/random.h"
 #include "support/shape_trees.h"

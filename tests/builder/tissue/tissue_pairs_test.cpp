@@ -7,15 +7,15 @@
 #include <cstdlib>
 #include <vector>
 
-#include "find_pairs.h"
-#include "moved_skin.h"
-#include "soft_model.h"
+#include "search/find_pairs.h"
 #include "spheretree/runtime/step.h"
-#include "step_memory.h"
+#include "state/step_memory.h"
 #include "support/random.h"
 #include "support/shape_trees.h"
 #include "support/soft_block.h"
 #include "support/triangle_distance.h"
+#include "tissue/moved_skin.h"
+#include "tissue/soft_model.h"
 
 namespace spheretree::runtime {
 namespace {

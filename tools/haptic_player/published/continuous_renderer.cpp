@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kernel.h"
+#include "contact/qp6.h"
+#include "kernel/kernel.h"
 #include "published/point_shell.h"
-#include "qp6.h"
 
 namespace spheretree::player {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <stdexcept>
 
-#include "coupling_wrench.h"
+#include "step/coupling_wrench.h"
 
 namespace spheretree::player {
 

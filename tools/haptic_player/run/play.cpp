@@ -15,11 +15,11 @@
 #include <optional>
 #include <thread>
 
-#include "compiled_scene.h"
 #include "molar.h"
 #include "probe.h"
 #include "run/body_paths.h"
 #include "run/servo_loop.h"
+#include "scene/compiled_scene.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/device/emergency_stop.h"
 #include "spheretree/device/phantom_device.h"

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "compiled_scene.h"
+#include "scene/compiled_scene.h"
 #include "streams/live_streams.h"
 
 namespace spheretree::player {

@@ -5,9 +5,9 @@
 #include <limits>
 #include <stdexcept>
 
-#include "coupling_wrench.h"
 #include "run/servo_loop.h"
 #include "scenarios/scenario_run.h"
+#include "step/coupling_wrench.h"
 
 namespace spheretree::player {
 

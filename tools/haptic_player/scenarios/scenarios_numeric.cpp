@@ -5,10 +5,10 @@
 #include <iterator>
 #include <numbers>
 
-#include "find_pairs.h"
 #include "run/servo_loop.h"
 #include "scenarios/scenario_run.h"
-#include "step_memory.h"
+#include "search/find_pairs.h"
+#include "state/step_memory.h"
 
 namespace spheretree::player {
 namespace {

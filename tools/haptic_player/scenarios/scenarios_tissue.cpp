@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "coupling_wrench.h"
 #include "scenarios/scenario_run.h"
+#include "step/coupling_wrench.h"
 
 namespace spheretree::player {
 namespace {

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <span>
 
-#include "find_pairs.h"
 #include "quantile.h"
+#include "search/find_pairs.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/trajectory.h"
-#include "step_memory.h"
+#include "state/step_memory.h"
 
 namespace spheretree::pipeline {
 namespace {

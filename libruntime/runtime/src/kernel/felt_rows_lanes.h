@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// Felt rows of a ball and a curved patch. docs/algorithms/runtime/rows.md#felt-row
+#pragma once
+
+#include "kernel/row_parts_lanes.h"
+
+namespace spheretree::runtime {
+namespace {
+
+constexpr int kNewtonSteps = 6;         // to the foot of a ball on a patch; usually 2 or 3
+constexpr float kLastStep = 3e-4f;      // in weights: convergence is quadratic, and the next step would be below 1e-6
+constexpr float kLongestStep = 0.35f;   // in weights: beyond this the quadratic model is unreliable
+constexpr float kOutside = 0.1f;        // in weights: how far an iterate may leave the patch
+constexpr float kFootFound = 1e-3f;     // in weights: largest last step of an accepted foot; convergence is quadratic
+constexpr float kSeam = 1e-4f;          // in weights: a foot may be beyond a side by this, so that rounding leaves no slit between patches
+constexpr float kClearOfPlane = 1e-3f;  // a ball beside a patch, and more than this above its plane, gets the plane as a row [mm]
+
+// The foot of a ball: weights u and v and height h such that position + h normal = centre (the normal is not of unit
+// length).
+struct Foot {
+  F8 u, v, h;
+  I8 found;
+};
+
+inline Foot findFoot(const Quadratic& position, const Quadratic& normal, const Vector8& centre) {
+  const F8 one = splat(1), zero = splat(0), low = splat(-kOutside), high = splat(1 + kOutside), half = splat(0.5f);
+  Foot foot{splat(1.0f / 3), splat(1.0f / 3), zero, {}};
+  F8 last = one;
+  for (int step = 0; step < kNewtonSteps; ++step) {
+    const Vector8 p = position.at(foot.u, foot.v), n = normal.at(foot.u, foot.v), way = centre - p;
+    const F8 square = dot(n, n);
+    foot.h = dot(way, n) / select(square > zero, square, one);
+    const Vector8 rest = way - foot.h * n;
+    const Vector8 pu = position.alongU(foot.u, foot.v) + foot.h * normal.alongU(foot.u, foot.v),
+                  pv = position.alongV(foot.u, foot.v) + foot.h * normal.alongV(foot.u, foot.v);
+    const Vector8 pv_n = cross(pv, n), n_pu = cross(n, pu);
+    const F8 det = dot(pu, pv_n);
+    const I8 regular = det * det > splat(1e-24f);
+    const F8 inverse = one / select(regular, det, one);
+    F8 du = select(regular, dot(rest, pv_n) * inverse, zero), dv = select(regular, dot(rest, n_pu) * inverse, zero);
+    last = select(regular, maxOf(size(du), size(dv)), one);
+    const F8 shorter = minOf(one, splat(kLongestStep) / maxOf(last, splat(1e-9f)));
+    F8 u = foot.u + shorter * du, v = foot.v + shorter * dv;
+    const F8 excess = half * maxOf(zero, u + v - high);
+    u = maxOf(low, minOf(u - excess, high));
+    v = maxOf(low, minOf(v - excess, high));
+    const F8 moved = maxOf(size(u - foot.u), size(v - foot.v));
+    foot.u = u;
+    foot.v = v;
+    if (maskOf(moved > splat(kLastStep)) == 0) break;
+  }
+  const Vector8 n = normal.at(foot.u, foot.v);
+  const F8 square = dot(n, n);
+  foot.h = dot(centre - position.at(foot.u, foot.v), n) / select(square > zero, square, one);
+  foot.found = last < splat(kFootFound);
+  return foot;
+}
+
+// The ball rests on the patch if its foot lies within it. If the foot lies beyond a sharp side, the ball rests on that
+// side. If it lies beyond a smooth side, the ball rests on the neighbour. The plane of this patch is then a row if the
+// ball is above it, as in a hollow, where the ball meets it next; over a ridge the ball is below it.
+float feltRows(const RowRequest& q) {
+  const F8 one = splat(1), zero = splat(0), seam = splat(-kSeam);
+  F8 smallest = splat(__builtin_inff());
+  for (std::uint32_t i = 0; i < q.count; i += 8) {
+    const ToolBalls balls(q, i);
+    const Patches p(q, balls);
+    const Quadratic position(p.position[0], p.position[1], p.position[2], p.position[3], p.position[4], p.position[5]),
+        normal(p.normal(0), p.normal(1), p.normal(2), p.normal(3), p.normal(4), p.normal(5));
+    const Foot foot = findFoot(position, normal, balls.centre);
+    const F8 w[3] = {one - foot.u - foot.v, foot.u, foot.v};
+    const I8 beyond[3] = {w[2] < seam, w[0] < seam, w[1] < seam};  // sides 01, 12, 20
+    const I8 within = ~(beyond[0] | beyond[1] | beyond[2]) & foot.found;
+    // The nearest point on the patch's border in weights, or the foot.
+    const F8 u0 = maxOf(zero, foot.u), v0 = maxOf(zero, foot.v), sum = u0 + v0, shrink = one / maxOf(one, sum);
+    const F8 u = select(within, foot.u, u0 * shrink), v = select(within, foot.v, v0 * shrink);
+    const Vector8 at = position.at(u, v), n = normal.at(u, v), way = balls.centre - at;
+    const F8 square = dot(n, n);
+    Vector8 unit = (one / squareRoot(select(square > zero, square, one))) * n;
+    F8 gap = dot(way, unit) - balls.radius;
+    const F8 distance = squareRoot(dot(way, way));
+    // The centre must be outside; otherwise the flat triangle holds the ball.
+    I8 in = (within & (gap > -balls.radius)) | (~within & (gap > splat(kClearOfPlane)) & (distance - balls.radius <= splat(q.max_gap)));
+#pragma GCC unroll 1  // few patches are sharp
+    for (unsigned k = 0; k < 3; ++k) {
+      const I8 is_sharp = (I8)((p.flags >> splatU(k)) & splatU(1)) != 0, on_side = beyond[k] & is_sharp;
+      if (maskOf(on_side) == 0) continue;
+      const Vector8 side = p.position[(k + 1) % 3] - p.position[k], from = balls.centre - p.position[k];
+      const F8 length2 = dot(side, side);
+      const Vector8 to = from - clamp01(dot(from, side) / select(length2 > zero, length2, one)) * side;
+      const F8 square_to = dot(to, to), off = squareRoot(square_to);
+      const I8 apart = on_side & (square_to > splat(1e-20f));
+      unit = select(apart, (one / select(apart, off, one)) * to, unit);
+      gap = select(apart, off - balls.radius, gap);
+      in = (in & ~on_side) | (apart & (gap > splat(-0.5f) * balls.radius));
+    }
+    smallest = minOf(smallest, select(in, gap, splat(__builtin_inff())));
+    storeRows(q, i, balls, unit, gap, in);
+  }
+  return minLane(smallest);
+}
+
+}  // namespace
+}  // namespace spheretree::runtime

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "step/step_parts.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "state/moving_bodies.h"
+
+namespace spheretree::runtime {
+namespace {
+
+constexpr int kMaxRelaxations = 16;      // in one QP with conflicting rows
+constexpr std::uint32_t kFeltWork = 12;  // cost of 8 felt rows, in groups of rows
+
+class Stage {
+ public:
+  explicit Stage(std::uint64_t* total) : total_(total), start_(total ? now() : 0) {}
+  ~Stage() {
+    if (total_) *total_ += now() - start_;
+  }
+  Stage(const Stage&) = delete;
+  Stage& operator=(const Stage&) = delete;
+
+ private:
+  static std::uint64_t now() {
+    return static_cast<std::uint64_t>(
+        std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count());
+  }
+  std::uint64_t* total_;
+  std::uint64_t start_;
+};
+
+std::uint32_t groups(std::size_t rows) { return static_cast<std::uint32_t>((rows + 7) / 8); }
+
+// The name of row `row`, from its pair in `set`.
+RowName nameOf(const PairSet& set, std::uint32_t row, bool is_felt) {
+  const PairRun* run = set.runs.data();
+  while (row >= run->begin + run->count) ++run;
+  return {run->object, set.pairs[row], is_felt};
+}
+
+}  // namespace
+
+PairSet StepParts::search(const Configuration& pose, double margin, PairsOf of) {
+  const Stage stage(times_ ? &times_->find : nullptr);
+  const std::uint32_t max_work = scene.step_limits.max_work;
+  PairSet set = findPairs(pose, margin, of, max_work > result.work ? max_work - result.work : 0, memory);
+  result.work += set.work;
+  if (memory.tissue && of == PairsOf::ContactSurface) result.work += memory.tissue->keepNear(pose, margin, set);
+  ++result.searches;
+  result.pairs = static_cast<std::uint32_t>(set.pairs.size());
+  felt_ = {};
+  return set;
+}
+
+RowSet StepParts::rows(const PairSet& set, const Configuration& pose, RowForm form, const Eigen::Matrix3d& axes) {
+  const Stage stage(times_ ? &times_->rows : nullptr);
+  result.work += 2 * groups(set.pairs.size());
+  ++result.linearisations;
+  result.rows = static_cast<std::uint32_t>(set.pairs.size());
+  if (memory.tissue && form == RowForm::TrueDistance) memory.tissue->placePatches(set);
+  RowSet out = makeRows(set, pose, form, axes, memory);
+  if (scene.has_soft) shiftSoft(set, 0, out);
+  return out;
+}
+
+RowSet StepParts::rows(const PairSet& set, const Configuration& pose) {
+  return rows(set, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity());
+}
+
+void StepParts::keepNear(double margin, PairSet& set, RowSet& rows) {
+  const Stage stage(times_ ? &times_->find : nullptr);
+  result.work += groups(set.pairs.size());
+  runtime::keepNear(margin, set, rows, memory);
+}
+
+void StepParts::addFelt(const PairSet& set, const Configuration& pose, double margin, RowSet& rows) {
+  const Stage stage(times_ ? &times_->rows : nullptr);
+  felt_ = feltPairs(set, margin, memory);
+  addFeltRows(felt_, pose, margin, rows, memory);
+  if (scene.has_soft) shiftSoft(felt_, rows.guarded, rows);
+  result.rows = rows.rows.count;
+  result.work += kFeltWork * groups(felt_.pairs.size());
+  findActive(set);
+}
+
+// Row i states a_i . y >= b_i for the tool's step y. If the object makes a step z, expressed as a step about the same
+// point, y - z replaces y.
+void StepParts::carryRows(const PairSet& set, double share, const Eigen::Vector3d& at, RowSet& rows) {
+  allowStaying(rows);
+  const auto carry = [&](const PairSet& of, std::uint32_t first) {
+    for (const PairRun& run : of.runs) {
+      const MovingBody& body = memory.bodies[memory.objects[run.object].body];
+      if (!body.moves) continue;
+      const Vector6 z = scaledVector(motionAt(body, share, at));
+      for (std::uint32_t i = first + run.begin; i < first + run.begin + run.count; ++i) {
+        double along = 0;
+        for (std::size_t k = 0; k < 6; ++k) along += static_cast<double>(rows.rows.a[k][i]) * z[static_cast<Eigen::Index>(k)];
+        rows.b[i] += static_cast<float>(along);
+      }
+    }
+  };
+  carry(set, 0);
+  carry(felt_, rows.guarded);
+}
+
+void StepParts::allowStaying(RowSet& set) {
+  for (std::uint32_t i = 0; i < set.rows.count; ++i) set.b[i] = std::min(set.b[i], 0.0f);
+}
+
+// Each certificate is a lower bound of the distance (its rows, relaxed by less, still contradict each other). Therefore
+// the first bound at which the QP has a solution is the smallest distance.
+double StepParts::solve(RowSet& set, const Vector6& target) {
+  const Stage stage(times_ ? &times_->qp : nullptr);
+  QpAnswer& answer = memory.answer;
+  double back = 0;
+  for (int round = 0;; ++round) {
+    solveQp6(*memory.kernel, set.rows, target, answer);
+    result.qp_iterations += answer.iterations;
+    result.work += (answer.iterations + 1u) * groups(set.rows.count);
+    if (answer.status != QpStatus::Infeasible) break;
+    if (round == kMaxRelaxations || !workLeft()) {
+      allowStaying(set);  // no time to find the smallest distance: y = 0 now satisfies all rows
+      solveQp6(*memory.kernel, set.rows, target, answer);
+      back = std::max(back, static_cast<double>(-set.smallest_gap));
+      break;
+    }
+    double sum = 0, weights = 0, felt_weights = 0;
+    for (std::size_t k = 0; k < answer.certificate_count; ++k) {
+      const double weight = answer.certificate_weight[k] * static_cast<double>(set.weight[answer.certificate[k]]);
+      sum += answer.certificate_weight[k] * static_cast<double>(set.b[answer.certificate[k]]);
+      (answer.certificate[k] < set.guarded ? weights : felt_weights) += weight;
+    }
+    const bool felt_alone = felt_weights > 0;
+    const double further = std::max(sum / (felt_alone ? felt_weights : weights), 1e-6) * (1 + 1e-6);
+    for (std::uint32_t i = felt_alone ? set.guarded : 0; i < set.rows.count; ++i) set.b[i] -= static_cast<float>(further) * set.weight[i];
+    if (!felt_alone) back += further;
+  }
+  if (answer.status == QpStatus::IterationLimit) {
+    result.faults |= kQpStopped;
+    answer.y.setZero();
+    answer.active_count = 0;
+  }
+  if (back > kGapTolerance) result.faults |= kRowsConflict;
+  result.active = answer.active_count;
+  return back;
+}
+
+RowName StepParts::nameOfRow(const PairSet& set, std::uint32_t row) const {
+  const auto guarded = static_cast<std::uint32_t>(set.pairs.size());
+  return row < guarded ? nameOf(set, row, false) : nameOf(felt_, row - guarded, true);
+}
+
+std::uint32_t StepParts::rowOf(const PairSet& set, const RowName& name) const {
+  const PairSet& from = name.is_felt ? felt_ : set;
+  for (const PairRun& run : from.runs) {
+    if (run.object != name.object) continue;
+    const auto begin = from.pairs.begin() + run.begin, end = begin + run.count, found = std::find(begin, end, name.pair);
+    if (found == end) break;
+    return static_cast<std::uint32_t>((found - from.pairs.begin()) + static_cast<std::ptrdiff_t>(name.is_felt ? set.pairs.size() : 0));
+  }
+  return ~0u;
+}
+
+const Eigen::Vector3d* StepParts::rubbingOf(const RowName& name) const {
+  for (std::size_t k = 0; k < memory.active_count; ++k)
+    if (memory.active_names[k] == name) return &memory.active_rubbing[k];
+  return nullptr;
+}
+
+void StepParts::keepActive(const PairSet& set) {
+  memory.active_count = memory.answer.active_count;
+  for (std::size_t k = 0; k < memory.active_count; ++k) {
+    memory.active_names[k] = nameOfRow(set, memory.answer.active[k]);
+    memory.active_multiplier[k] = memory.answer.multiplier[k];
+  }
+}
+
+void StepParts::findActive(const PairSet& set) {
+  QpAnswer& answer = memory.answer;
+  answer.active_count = 0;
+  for (std::size_t k = 0; k < memory.active_count; ++k)
+    if (const std::uint32_t row = rowOf(set, memory.active_names[k]); row != ~0u) answer.active[answer.active_count++] = row;
+}
+
+void StepParts::noteContacts(const RowSet& set, const Configuration& before) {
+  const QpAnswer& answer = memory.answer;
+  memory.contact_count = 0;
+  Eigen::Matrix3d back;  // from now to before
+  if (rubsOrGives()) back = (before.orientation * memory.graphic.orientation.conjugate()).toRotationMatrix();
+  for (std::size_t k = 0; k < answer.active_count; ++k) {
+    const std::uint32_t row = answer.active[k];
+    const RowName& name = memory.active_names[k];
+    const double weight = static_cast<double>(set.weight[row]);
+    Contact& contact = memory.contacts[memory.contact_count++];
+    contact = {};
+    contact.object = name.object;
+    contact.on_skin = memory.feelsSkin(name.object);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      contact.normal[static_cast<Eigen::Index>(axis)] = static_cast<double>(set.rows.a[axis][row]) / weight;
+    contact.force = scene.pull.translation * answer.multiplier[k] * weight;
+    const std::uint32_t tool_slot = name.pair >> 16, slot = name.pair & 0xffff;
+    const Sphere& ball = scene.tool.spheres[tool_slot];
+    const CompiledShape& shape = scene.shapeOf(name.object);
+    // A coarse set has inner nodes, which represent no particular leaf.
+    const std::uint32_t tool_leaf = scene.tool.item[tool_slot],
+                        item = memory.feelsSkin(name.object) ? shape.skin.tree.item[slot] : shape.leaves.item[slot];
+    if (tool_leaf == kNoItem || item == kNoItem) {
+      --memory.contact_count;
+      continue;
+    }
+    contact.tool_leaf = scene.tool_nodes[tool_leaf];
+    contact.element = contact.on_skin ? item : shape.nodes[item];
+    const Eigen::Vector3d arm = memory.graphic.orientation * Eigen::Vector3d(ball.x, ball.y, ball.z);
+    contact.point = memory.graphic.position + arm - static_cast<double>(ball.radius) * contact.normal;
+    if (!rubsOrGives()) continue;
+    contact.friction = scene.pull.translation * memory.active_rubbing[k];
+    const std::uint32_t body = memory.objects[name.object].body;
+    Eigen::Vector3d from = before.position + back * (contact.point - memory.graphic.position);
+    if (body > 0) {
+      const MovingBody& mover = memory.bodies[body];
+      from = mover.now.orientation * (mover.before.orientation.conjugate() * (from - mover.before.position)) + mover.now.position;
+    }
+    Eigen::Vector3d slid = contact.point - from;
+    if (memory.isTissue(name.object)) slid -= memory.tissue->movedInStep(name.object, k);
+    contact.slip = (slid - slid.dot(contact.normal) * contact.normal) / scene.step_time;
+  }
+}
+
+}  // namespace spheretree::runtime
