@@ -46,7 +46,8 @@ WINGS = {
         "search": ["state"],
         "rows": ["state"],
         "tissue": ["search", "rows"],
-        "step": ["search", "rows"],
+        "piece": ["contact"],
+        "step": ["search", "rows", "piece"],
         ".": ["step"],
     },
     "formats": {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "step/best_pose.h"
+#include "piece/best_pose.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "step/force_rate_limit.h"
+#include "piece/force_rate_limit.h"
 
 #include <gtest/gtest.h>
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "piece/force_rate_limit.h"
 #include "spheretree/runtime/step.h"
-#include "step/force_rate_limit.h"
 #include "support/sample_skins.h"
 #include "support/shape_trees.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "step/secant_step.h"
+#include "piece/secant_step.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Contacts with friction or on objects that yield: solve_contact_test.cpp
+// Subjects: step_parts.h and note_contacts.h. Contacts with friction or on objects that yield: solve_contact_test.cpp
 #include "step/step_parts.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "state/moving_bodies.h"
+#include "step/note_contacts.h"
 #include "support/random.h"
 #include "support/rig.h"
 #include "support/row_dot.h"
@@ -126,32 +126,6 @@ TEST(StepParts, RowsAreFoundByTheirNames) {
   for (std::size_t k = 0; k < names.size(); ++k) EXPECT_EQ(r.parts.nameOfRow(r.pairs, r.answer().active[k]), names[k]);
 }
 
-// The reference point is beside the rod, so that a rotation moves its rows, too.
-TEST(StepParts, RowsMoveWithTheirBody) {
-  SceneDescription d = test::toolAndObject(test::oneBallTree(1), test::oneBallTree(2));
-  d.objects[0].body = 1;
-  d.reference_point = {4, 0, 0};
-  PartsRig r(std::move(d));
-  const Configuration at{{4, 0, 3.5}, kUpright};
-  resetTo(at, *r.rig.workspace);
-  const Displacement motion{{0.1, 0.2, 0.8}, {0, 0.005, 0.002}};
-  ASSERT_TRUE(moveBody(1, {motion.translation, rotationOf(motion.rotation)}, *r.rig.workspace));
-  startMotions(r.parts.memory);
-  ASSERT_TRUE(r.parts.memory.bodies[1].moves);
-  for (const double share : {0.0, 0.5, 1.0}) {
-    r.makeRows(at);
-    ASSERT_EQ(r.set.rows.count, 1u);
-    const float before = r.set.b[0];
-    r.parts.carryRows(r.pairs, share, at.position, r.set);
-    // The surface moves by share * 0.8 where the body has its origin, which is below the tool.
-    const double way = (static_cast<double>(r.set.b[0]) - static_cast<double>(before)) / static_cast<double>(r.set.weight[0]);
-    EXPECT_NEAR(way, share * 0.8, 1e-4) << "up to the square of the angle, times 5.3 mm / 2";
-  }
-  r.makeRows({{4, 0, 2.5}, kUpright});  // 0.5 mm deep
-  r.parts.carryRows(r.pairs, 0, at.position, r.set);
-  EXPECT_EQ(r.set.b[0], 0) << "no deeper than now";
-}
-
 TEST(StepParts, CountsItsWorkAndEndsWhenItIsUsedUp) {
   SceneDescription d = test::toolAndObject(test::rodTree(20, 40, 1), test::boxTree({5, 5, 5}, {10, 10, 10}, 1.5));
   d.step_limits.max_work = 1000;
@@ -169,7 +143,7 @@ TEST(StepParts, CountsItsWorkAndEndsWhenItIsUsedUp) {
   EXPECT_TRUE(late.coarse) << "the rest of the tree is represented by inner nodes";
 }
 
-TEST(StepParts, NotesTheContactsOfTheSolution) {
+TEST(NoteContacts, ReportsTheContactsOfTheSolution) {
   SceneDescription d = test::toolAndObject(test::oneBallTree(1), test::oneBallTree(2));
   d.coupling.translation = 3;
   PartsRig r(std::move(d));
@@ -178,7 +152,7 @@ TEST(StepParts, NotesTheContactsOfTheSolution) {
   r.makeRows(pose);
   r.parts.solve(r.set, r.target({0, 0, -0.5}));
   r.parts.keepActive(r.pairs);
-  r.parts.noteContacts(r.set, pose);
+  noteContacts(r.set, pose, r.parts);
   ASSERT_EQ(contacts(*r.rig.workspace).size(), 1u);
   const Contact& c = contacts(*r.rig.workspace)[0];
   EXPECT_NEAR(c.force, 1.5, 1e-5) << "3 N/mm times 0.5 mm";

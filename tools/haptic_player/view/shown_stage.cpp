@@ -8,9 +8,9 @@
 #include "pipeline/mesh_store.h"
 #include "pipeline/part_choice.h"
 #include "probe.h"
+#include "scene/tissue_model.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/scene_file.h"
-#include "scene/tissue_model.h"
 #include "view/start_pose.h"
 
 namespace spheretree::player {

@@ -18,8 +18,8 @@ constexpr double kDamping = 1e-4;       // of the diagonal, in a Newton step: co
 // would come too late for the hand.
 constexpr int kNewtonSteps = 8, kSweeps = 20, kStarts = 6;
 
-// Each part in turn the nearest allowed force to that of a step against its motion; of a contact first the normal force,
-// on which the disc depends.
+// Each part in turn the nearest allowed force to that of a step against its motion; of a contact first the normal
+// force, on which the disc depends.
 void sweep(ContactSystem& s) {
   double z[3];
   for (std::size_t k = 0; k < s.part_count; ++k) {
@@ -90,8 +90,8 @@ bool newtonStep(ContactSystem& s) {
   return true;
 }
 
-// Newton's method with whole steps, which ever more sweeps start anew. If it fails, the forces are those that missed the
-// laws by the least.
+// Newton's method with whole steps, which ever more sweeps start anew. If it fails, the forces are those that missed
+// the laws by the least.
 bool search(ContactSystem& s) {
   const double tolerance = s.problem.tolerance;
   double least = std::numeric_limits<double>::infinity();

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <chrono>
 
-#include "state/moving_bodies.h"
-
 namespace spheretree::runtime {
 namespace {
 
@@ -40,6 +38,16 @@ RowName nameOf(const PairSet& set, std::uint32_t row, bool is_felt) {
 }
 
 }  // namespace
+
+Vector6 StepParts::scaledVector(const Displacement& d) const {
+  Vector6 y;
+  y << d.translation, scene.angle_length * d.rotation;
+  return y;
+}
+
+Displacement StepParts::displacement(const Vector6& y) const {
+  return {Eigen::Vector3d(y[0], y[1], y[2]), Eigen::Vector3d(y[3], y[4], y[5]) / scene.angle_length};
+}
 
 PairSet StepParts::search(const Configuration& pose, double margin, PairsOf of) {
   const Stage stage(times_ ? &times_->find : nullptr);
@@ -82,26 +90,6 @@ void StepParts::addFelt(const PairSet& set, const Configuration& pose, double ma
   result.rows = rows.rows.count;
   result.work += kFeltWork * groups(felt_.pairs.size());
   findActive(set);
-}
-
-// Row i states a_i . y >= b_i for the tool's step y. If the object makes a step z, expressed as a step about the same
-// point, y - z replaces y.
-void StepParts::carryRows(const PairSet& set, double share, const Eigen::Vector3d& at, RowSet& rows) {
-  allowStaying(rows);
-  const auto carry = [&](const PairSet& of, std::uint32_t first) {
-    for (const PairRun& run : of.runs) {
-      const MovingBody& body = memory.bodies[memory.objects[run.object].body];
-      if (!body.moves) continue;
-      const Vector6 z = scaledVector(motionAt(body, share, at));
-      for (std::uint32_t i = first + run.begin; i < first + run.begin + run.count; ++i) {
-        double along = 0;
-        for (std::size_t k = 0; k < 6; ++k) along += static_cast<double>(rows.rows.a[k][i]) * z[static_cast<Eigen::Index>(k)];
-        rows.b[i] += static_cast<float>(along);
-      }
-    }
-  };
-  carry(set, 0);
-  carry(felt_, rows.guarded);
 }
 
 void StepParts::allowStaying(RowSet& set) {
@@ -181,50 +169,6 @@ void StepParts::findActive(const PairSet& set) {
   answer.active_count = 0;
   for (std::size_t k = 0; k < memory.active_count; ++k)
     if (const std::uint32_t row = rowOf(set, memory.active_names[k]); row != ~0u) answer.active[answer.active_count++] = row;
-}
-
-void StepParts::noteContacts(const RowSet& set, const Configuration& before) {
-  const QpAnswer& answer = memory.answer;
-  memory.contact_count = 0;
-  Eigen::Matrix3d back;  // from now to before
-  if (rubsOrGives()) back = (before.orientation * memory.graphic.orientation.conjugate()).toRotationMatrix();
-  for (std::size_t k = 0; k < answer.active_count; ++k) {
-    const std::uint32_t row = answer.active[k];
-    const RowName& name = memory.active_names[k];
-    const double weight = static_cast<double>(set.weight[row]);
-    Contact& contact = memory.contacts[memory.contact_count++];
-    contact = {};
-    contact.object = name.object;
-    contact.on_skin = memory.feelsSkin(name.object);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      contact.normal[static_cast<Eigen::Index>(axis)] = static_cast<double>(set.rows.a[axis][row]) / weight;
-    contact.force = scene.pull.translation * answer.multiplier[k] * weight;
-    const std::uint32_t tool_slot = name.pair >> 16, slot = name.pair & 0xffff;
-    const Sphere& ball = scene.tool.spheres[tool_slot];
-    const CompiledShape& shape = scene.shapeOf(name.object);
-    // A coarse set has inner nodes, which represent no particular leaf.
-    const std::uint32_t tool_leaf = scene.tool.item[tool_slot],
-                        item = memory.feelsSkin(name.object) ? shape.skin.tree.item[slot] : shape.leaves.item[slot];
-    if (tool_leaf == kNoItem || item == kNoItem) {
-      --memory.contact_count;
-      continue;
-    }
-    contact.tool_leaf = scene.tool_nodes[tool_leaf];
-    contact.element = contact.on_skin ? item : shape.nodes[item];
-    const Eigen::Vector3d arm = memory.graphic.orientation * Eigen::Vector3d(ball.x, ball.y, ball.z);
-    contact.point = memory.graphic.position + arm - static_cast<double>(ball.radius) * contact.normal;
-    if (!rubsOrGives()) continue;
-    contact.friction = scene.pull.translation * memory.active_rubbing[k];
-    const std::uint32_t body = memory.objects[name.object].body;
-    Eigen::Vector3d from = before.position + back * (contact.point - memory.graphic.position);
-    if (body > 0) {
-      const MovingBody& mover = memory.bodies[body];
-      from = mover.now.orientation * (mover.before.orientation.conjugate() * (from - mover.before.position)) + mover.now.position;
-    }
-    Eigen::Vector3d slid = contact.point - from;
-    if (memory.isTissue(name.object)) slid -= memory.tissue->movedInStep(name.object, k);
-    contact.slip = (slid - slid.dot(contact.normal) * contact.normal) / scene.step_time;
-  }
 }
 
 }  // namespace spheretree::runtime

@@ -38,9 +38,6 @@ class StepParts {
   /// have been called before.
   void addFelt(const PairSet& set, const Configuration& pose, double margin, RowSet& rows);
 
-  /// Changes the rows for a piece in which the bodies move by this share of their way: the rows of an object move with
-  /// it, and no pair may be deeper at the end of the piece than it is now. `at`: the reference point of the tool.
-  void carryRows(const PairSet& set, double share, const Eigen::Vector3d& at, RowSet& rows);
   /// Computes the point nearest to `target` that satisfies all rows; the answer is in `memory`. If rows contradict each
   /// other, relaxes them by the smallest common distance [mm] that makes them feasible: first the rows of smooth
   /// patches, which are only for comfort, then all rows. Returns the distance by which all rows were relaxed.
@@ -58,9 +55,6 @@ class StepParts {
   /// Stores the names of the active rows, from which the next QP and the next step start.
   void keepActive(const PairSet& set);
   void findActive(const PairSet& set);
-  /// Stores the contacts of the last QP: normals and forces of its active rows, which keepActive() has named. The tool
-  /// was at `before` at the beginning of the step.
-  void noteContacts(const RowSet& set, const Configuration& before);
 
   // The name of a row; the index of a row with this name, or ~0u; its previous friction force.
   RowName nameOfRow(const PairSet& set, std::uint32_t row) const;
@@ -70,14 +64,8 @@ class StepParts {
   bool rubs = true;            // false while the tool moves out of an object, when forces are meaningless
   Configuration contact_pose;  // pose of the tool at which the rows of the last solveContact() were made
 
-  Vector6 scaledVector(const Displacement& d) const {
-    Vector6 y;
-    y << d.translation, scene.angle_length * d.rotation;
-    return y;
-  }
-  Displacement displacement(const Vector6& y) const {
-    return {Eigen::Vector3d(y[0], y[1], y[2]), Eigen::Vector3d(y[3], y[4], y[5]) / scene.angle_length};
-  }
+  Vector6 scaledVector(const Displacement& d) const;
+  Displacement displacement(const Vector6& y) const;
   /// Upper bound of the motion of a point of the tool [mm].
   double reach(const Displacement& d) const { return d.translation.norm() + scene.tool.reach * d.rotation.norm(); }
 

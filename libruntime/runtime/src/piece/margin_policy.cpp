@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "step/margin_policy.h"
+#include "piece/margin_policy.h"
 
 #include <algorithm>
 
