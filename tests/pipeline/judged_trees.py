@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""judged_trees.py JUDGE SPHERETREE MAKE_SAMPLES FOLDER BUILDER: an outside opinion on trees of whole meshes.
+"""judged_trees.py JUDGE SPHERETREE MAKE_SAMPLES FOLDER: an outside opinion on trees of whole meshes.
 
-Builds the molar and the probe, writes the trees as .sph, and has an independent program measure them. Every level must
-cover the surface, and no cover sphere may reach out of the bounding sphere of any node above it. Exit code 77: the
-other program is missing. """
+Builds the molar by the default builder and the probe by a published one, writes the trees as .sph, and has an
+independent program measure them. Every level must cover the surface, and no cover sphere may reach out of the bounding
+sphere of any node above it. Exit code 77: the other program is missing. """
 import json
 import subprocess
 import sys
 from pathlib import Path
 
-judge, spheretree, make_samples, folder, builder = sys.argv[1:]
+judge, spheretree, make_samples, folder = sys.argv[1:]
 if not Path(judge).is_file():
     sys.exit(77)
 work = Path(folder)
@@ -31,7 +31,7 @@ def nodes(path):
 
 faults = []
 run(make_samples, work)
-for name in ("molar", "probe"):
+for name, builder in (("molar", "cover"), ("probe", "merge")):
     mesh, tree = work / f"{name}.obj", work / f"{name}.{builder}.stree"
     cover, bound = work / f"{name}.{builder}.cover.sph", work / f"{name}.{builder}.bound.sph"
     run(spheretree, "build", mesh, "-o", tree, "--builder", builder, "--quality", "quick", "-q")

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `--tolerance`: the bound is kept, with hardly more nodes than the best tree of a full search over all shapes of tree,
-// and no leaf is superfluous. SPHERETREE_LONG=1: the full search for all builders on all meshes (three minutes of one
-// core in place of seconds).
+// and no leaf is superfluous. SPHERETREE_LONG=1: all builders on all meshes (minutes of one core in place of seconds).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -183,22 +182,20 @@ std::vector<char> neededAbove(const SphereTree& tree) {
 }
 
 TEST(Tolerance, EveryLeafIsNeeded) {
-  for (const NamedMesh& named : allMeshes())
-    for (const BuilderKind kind : allBuilders()) {
-      SCOPED_TRACE(named.name + ", " + std::string(name(kind)));
-      const BuildResult result = build(named.mesh, kind, 3, 8, 0);
-      const std::vector<builder::Ball> leaves = leafBalls(result.tree);
-      if (leaves.size() == 1) continue;
-      const std::vector<char> needed = withAPointOfTheirOwn(named.mesh, leaves, 200'000), above = neededAbove(result.tree);
-      std::size_t proven = 0;
-      for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
-        if (needed[leaf] || above[leaf]) continue;
-        ++proven;
-        EXPECT_FALSE(isRedundant(named.mesh, leaves, leaf, 1e-4 * boundOf(result))) << "leaf " << leaf;
-      }
-      std::printf("%-6s %-9s %3zu leaves, %zu of them without a sample of their own and not needed above\n", named.name.c_str(),
-                  std::string(name(kind)).c_str(), leaves.size(), proven);
+  forCases(allBuilders(), [](const NamedMesh& named, BuilderKind kind) {
+    const BuildResult result = build(named.mesh, kind, 3, 8, 0);
+    const std::vector<builder::Ball> leaves = leafBalls(result.tree);
+    if (leaves.size() == 1) return;
+    const std::vector<char> needed = withAPointOfTheirOwn(named.mesh, leaves, 200'000), above = neededAbove(result.tree);
+    std::size_t proven = 0;
+    for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
+      if (needed[leaf] || above[leaf]) continue;
+      ++proven;
+      EXPECT_FALSE(isRedundant(named.mesh, leaves, leaf, 1e-4 * boundOf(result))) << "leaf " << leaf;
     }
+    std::printf("%-6s %-9s %3zu leaves, %zu of them without a sample of their own and not needed above\n", named.name.c_str(),
+                std::string(name(kind)).c_str(), leaves.size(), proven);
+  });
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`spheretree robot` on the sample robots: covered, exact in every format, pairs that hold, refusals."""
+"""`spheretree robot` on the sample robots: covered, exact in every format, pairs that hold, refusals. The program
+builds on two threads and Python on one: that their files are equal shows that the number of threads changes nothing."""
 import json
 import os
 import re
@@ -16,6 +17,8 @@ import spheretree
 LINKS = {"sample_arm7": ["base"] + [f"link{k}" for k in range(1, 8)] + ["hand", "finger_left", "finger_right"],
          "sample_arm6": ["base_link"] + [f"link_{k}" for k in range(1, 7)]}
 
+BUDGET = 40  # spheres of a robot
+
 
 @pytest.fixture(scope="session")
 def robots(tmp_path_factory):
@@ -29,7 +32,7 @@ def covered(request, robots, program, tmp_path_factory):
     """Name, URDF, folder of the results."""
     name, out = request.param, tmp_path_factory.mktemp("covered")
     urdf = robots / name / f"{name}.urdf"
-    subprocess.run([program, "robot", urdf, "-o", out, "--budget", "90", "--quality", "quick", "-q"], check=True, capture_output=True)
+    subprocess.run([program, "robot", urdf, "-o", out, "--budget", str(BUDGET), "--quality", "quick", "-j", "2", "-q"], check=True, capture_output=True)
     return name, urdf, out
 
 
@@ -93,14 +96,14 @@ def gaps(points, spheres):
 
 
 def test_no_surface_is_bare(covered):
-    """10^6 samples over the robot, by the spheres as planners read them, in double and in single precision."""
+    """200,000 samples over the robot, by the spheres as planners read them, in double and in single precision."""
     name, urdf, out = covered
     spheres, links = curobo_spheres(out, name), ElementTree.parse(urdf).getroot().findall("link")
     elements = [(link.get("name"), c) for link in links for c in link.findall("collision")]
-    assert list(spheres) == LINKS[name] and sum(map(len, spheres.values())) <= 90
+    assert list(spheres) == LINKS[name] and sum(map(len, spheres.values())) <= BUDGET
     for link, collision in elements:
         place = frame(collision)
-        points = shape_points(urdf, collision, 10**6 // len(elements)) @ place[:3, :3].T + place[:3, 3]
+        points = shape_points(urdf, collision, 200_000 // len(elements)) @ place[:3, :3].T + place[:3, 3]
         assert gaps(points, spheres[link]).max() <= 1e-12
         assert gaps(points, spheres[link].astype(np.float32).astype(float)).max() <= 1e-12
 
@@ -249,15 +252,6 @@ def test_counts_tolerances_and_clips(robots, program, tmp_path):
             assert level["uncovered_fraction"] == 0 and (link == "link_6" or level["overhang_mm"]["max"] <= 40)
 
 
-def test_the_same_bytes_for_any_number_of_threads(robots, program, tmp_path):
-    urdf = robots / "sample_arm7/sample_arm7.urdf"
-    for threads in ("1", "2"):
-        assert run(program, "robot", urdf, "-o", tmp_path / threads, "--budget", "40", "--quality", "quick", "-j", threads, "-q").returncode == 0
-    for path in (tmp_path / "1").rglob("*"):
-        if path.is_file():
-            assert path.read_bytes() == (tmp_path / "2" / path.relative_to(tmp_path / "1")).read_bytes(), path
-
-
 def test_what_a_file_knows_is_kept(robots, program, tmp_path):
     urdf = robots / "sample_arm6/sample_arm6.urdf"
     names = [f"joint_{k}" for k in range(1, 7)]
@@ -265,7 +259,7 @@ def test_what_a_file_knows_is_kept(robots, program, tmp_path):
                                                        "cspace": {"joint_names": names, "acceleration_limits": [9.5] * 6, "jerk_limits": [400.0] * 6}}))
     (tmp_path / "own.srdf").write_text('<robot name="r"><group name="arm"><chain base_link="base_link" tip_link="tool0"/></group>'
                                        '<disable_collisions link1="link_2" link2="link_1" reason="User"/></robot>')
-    assert run(program, "robot", urdf, "-o", tmp_path / "a", "--budget", "30", "--quality", "quick", "--merge", tmp_path / "own.xrdf", "--srdf", tmp_path / "own.srdf", "-q").returncode == 0
+    assert run(program, "robot", urdf, "-o", tmp_path / "a", "--budget", "10", "--quality", "quick", "--merge", tmp_path / "own.xrdf", "--srdf", tmp_path / "own.srdf", "-q").returncode == 0
     xrdf = yaml.safe_load((tmp_path / "a/sample_arm6.xrdf").read_text())
     assert xrdf["custom"] == {"kept": "1.0"} and xrdf["cspace"] == {"joint_names": names, "acceleration_limits": [9.5] * 6, "jerk_limits": [400.0] * 6}
     assert xrdf["tool_frames"] == ["tool0"] and "geometry" in xrdf
@@ -350,9 +344,9 @@ def test_capsules_placeholders_and_visuals(program, tmp_path):
         assert json.loads(shown.stdout)["links"][0]["level"]["uncovered_fraction"] == 0
 
 
-def test_python_gives_the_spheres_of_the_program(covered, tmp_path):
+def test_python_gives_the_files_of_the_program_for_any_number_of_threads(covered, tmp_path):
     name, urdf, out = covered
-    arm = spheretree.robot(urdf, budget=90, quality="quick")
+    arm = spheretree.robot(urdf, budget=BUDGET, quality="quick", threads=1)
     assert arm.name == name and list(arm.links) == [link for link in LINKS[name] if link in arm.links]
     for link, spheres in curobo_spheres(out, name).items():
         found = arm.links[link]
@@ -382,7 +376,7 @@ def test_python_refuses_what_the_program_refuses(robots, tmp_path):
             spheretree.robot(urdf, **words)
     with pytest.raises(spheretree.FileError, match="none.urdf"):
         spheretree.robot(tmp_path / "none.urdf")
-    arm = spheretree.robot(urdf, budget=12, quality="quick")
+    arm = spheretree.robot(urdf, budget=7, quality="quick")
     with pytest.raises(spheretree.UsageError, match="sample_arm6.urdf"):
         arm.write(urdf.parent)  # it would replace the URDF that it was made from
 

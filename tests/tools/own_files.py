@@ -4,7 +4,7 @@
 or another output of the same run.
 
 For every verb (and the player), every output is aimed at every input, named or read because another file names it:
-under its own name where the ending fits, by another path, through a link, a hard link, a linked folder; a third of
+under its own name where the ending fits, by another path, through a link, a hard link, a linked folder; a fifth of
 these ways for each pair, in turn. Each time the program must refuse (exit code 2) and every input must have the bytes
 that it had. Then every two outputs of a run are aimed at one name.
 
@@ -158,7 +158,7 @@ def named_outputs(template):
             folder = fresh(template)
             before = contents(folder)
             turn += 1
-            for alias in list(aliases(folder, Path(source), ending))[turn % 3::3]:
+            for alias in list(aliases(folder, Path(source), ending))[turn % 5::5]:
                 trial(f"{what} over {source}", folder, before, program, *[alias if w == "OUT" else w for w in words])
             shutil.rmtree(folder)
 

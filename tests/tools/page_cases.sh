@@ -111,7 +111,7 @@ case_compare_goes_on() {
   new=$(find work/c/trees -name '*.stree' -newermt '2002-01-01' | sort | tr '\n' ' ')
   [ "$new" = "work/c/trees/a.grid.quick.stree work/c/trees/a.octree.quick.stree " ] || fail "after a change done again: $new"
   # Ctrl-C: finished runs are kept, and no incomplete file is there.
-  write_torus large.obj 150
+  write_torus large.obj 60
   "$program" compare large.obj -o work/k --builders octree,cover --qualities best >out 2>err &
   job=$!
   for i in $(seq 3000); do [ -e work/k/runs/large.octree.best.json ] && break; sleep 0.1; done

@@ -4,7 +4,7 @@
 interrupt ends every verb at any moment.
 
 Processor time is printed and decides nothing; the answer to an interrupt is measured by the clock. With
-SPHERETREE_LONG=1 every kind is tried with every offset. """
+SPHERETREE_LONG=1 every kind is tried with every offset, else with one. """
 import json
 import os
 import signal
@@ -34,9 +34,8 @@ def run(*words):
 
 
 def within_bounds(folder):
-    offsets = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3] if is_long else [1e-6, 1e-3]
-    for kind, make in KINDS.items():
-        for offset in offsets:
+    for number, (kind, make) in enumerate(KINDS.items()):
+        for offset in [1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3] if is_long else [(1e-6, 1e-3)[number % 2]]:
             path = folder / f"{kind}_{offset}.obj"
             mesh = make(offset)
             write_obj(path, mesh)

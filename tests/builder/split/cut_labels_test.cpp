@@ -20,6 +20,7 @@
 #include "split/label_pieces.h"
 #include "support/mesh_measures.h"
 #include "support/random.h"
+#include "support/sample_mouth.h"
 
 namespace spheretree::builder {
 namespace {
@@ -121,7 +122,7 @@ void checkMargin(const samples::Mouth& mouth, samples::ScanSettings settings) {
 
 /// With SPHERETREE_LONG, this prints the figures of docs/split.md.
 TEST(CutLabels, IsAtTheMarginAlsoIfLabelsAreJagged) {
-  const samples::Mouth mouth = samples::makeMouth();
+  const samples::Mouth& mouth = test::sampleMouth();
   if (!std::getenv("SPHERETREE_LONG")) return checkMargin(mouth, {.edge_mm = 0.4, .hidden_removed = false});
   for (const double edge : {0.2, 0.3})
     for (const std::uint64_t seed : {1, 2, 3})
@@ -129,7 +130,7 @@ TEST(CutLabels, IsAtTheMarginAlsoIfLabelsAreJagged) {
 }
 
 TEST(CutLabels, KeepsTheAreaAndOpensNoEdge) {
-  const samples::SampleScan scan = samples::makeScan(samples::makeMouth(), {.edge_mm = 0.9, .hidden_removed = false});
+  const samples::SampleScan scan = samples::makeScan(test::sampleMouth(), {.edge_mm = 0.9, .hidden_removed = false});
   const ScanSurface surface = cutScan(scan, 0.3);
   EXPECT_NEAR(test::areaOf(surface.mesh), test::areaOf(scan.mesh), 1e-9 * test::areaOf(scan.mesh));
   EXPECT_EQ(surface.region.size(), surface.mesh.triangles.size());

@@ -17,6 +17,7 @@
 #include "spheretree/builder/mesh_checks.h"
 #include "split/scan_surface.h"
 #include "support/mesh_measures.h"
+#include "support/sample_mouth.h"
 
 namespace spheretree::builder {
 namespace {
@@ -218,15 +219,10 @@ TEST(SplitScan, RefusesScansWithoutTeethAndWrongLabels) {
   EXPECT_THROW(split(bumps.mesh, bumps.labels), std::invalid_argument);
 }
 
-const samples::Mouth& mouth() {
-  static const samples::Mouth mouth = samples::makeMouth();
-  return mouth;
-}
-
 TEST(SplitScan, TheSampleMouthComesBackAsFourteenTeethAndAGum) {
   for (const bool upper : {true, false}) {
     if (upper && !std::getenv("SPHERETREE_LONG")) continue;
-    const samples::SampleScan scan = samples::makeScan(mouth(), {.upper = upper, .edge_mm = 0.9});
+    const samples::SampleScan scan = samples::makeScan(test::sampleMouth(), {.upper = upper, .edge_mm = 0.9});
     const SplitScan result = split(scan.mesh, scan.labels);
     expectSound(result);
     ASSERT_EQ(result.parts.size(), 15u);
@@ -285,7 +281,7 @@ TEST(SplitScan, SurvivesScannerDefects) {
                                                  {.edge_mm = 0.9, .crowding_mm = 0.8, .braces = true}};
   for (const samples::ScanSettings& settings : cases) {
     if (&settings != &cases[0] && &settings != &cases[2] && !std::getenv("SPHERETREE_LONG")) continue;
-    const samples::SampleScan scan = samples::makeScan(mouth(), settings);
+    const samples::SampleScan scan = samples::makeScan(test::sampleMouth(), settings);
     const SplitScan result = split(scan.mesh, scan.labels);
     std::size_t sound = 0;
     for (const SplitPart& part : result.parts) sound += part.is_sound;

@@ -147,7 +147,7 @@ void expectTheLaw(const RubbedBlock& rig) {
 // gains nothing.
 TEST(RubbedTissue, OnAnyPathFrictionOnlyTakesEnergy) {
   test::Random random(11);
-  for (int run = 0; run < 12; ++run) {
+  for (int run = 0; run < 6; ++run) {
     const bool is_large = run % 3 == 0;
     const test::SoftBlock& block = is_large ? test::fineBlock() : test::block();
     const double radius = random.between(1.5, 3), mu = random.between(0.05, 1), stiffness = random.between(0.2, 2);
