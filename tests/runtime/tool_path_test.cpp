@@ -19,7 +19,8 @@ using Eigen::Vector3d;
 using test::ball;
 using test::kUpright;
 
-/// A ball of 1 mm as the tool near a ball of 5 mm about the origin, after a step to `start`. The next step goes to `hand`.
+/// A ball of 1 mm as the tool near a ball of 5 mm about the origin, after a step to `start`. The next step goes to
+/// `hand`.
 struct PathRig {
   test::Rig rig;
   StepResult result;

@@ -48,8 +48,8 @@ struct StepResult {
   std::uint32_t active = 0;  // active rows: they hold the tool
   std::uint32_t qp_iterations = 0;
   std::uint32_t searches = 0, linearisations = 0;
-  std::uint32_t work = 0;             // in the unit of StepLimits::max_work
-  std::uint32_t unsolved = 0;  // contact problems whose forces miss the laws of contact and friction by more than 1e-6 mm of motion
+  std::uint32_t work = 0;      // in the unit of StepLimits::max_work
+  std::uint32_t unsolved = 0;  // contact problems whose forces miss the law of friction by more than 1e-6 mm of motion
 };
 
 /// Time spent in the stages of one step [ns]. Reading the clock costs about 25 ns each time.
