@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/canonical_order.h"
 
+#include <tbb/parallel_sort.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -29,9 +31,9 @@ OrderedMesh inCanonicalOrder(const TriangleMesh& mesh) {
   OrderedMesh out;
   std::vector<std::uint32_t> by_place(mesh.positions.size()), place(mesh.positions.size());
   std::iota(by_place.begin(), by_place.end(), 0u);
-  std::stable_sort(by_place.begin(), by_place.end(), [&](std::uint32_t a, std::uint32_t b) {
+  tbb::parallel_sort(by_place.begin(), by_place.end(), [&](std::uint32_t a, std::uint32_t b) {
     const Vector3d &p = mesh.positions[a], &q = mesh.positions[b];
-    return std::tie(p.x(), p.y(), p.z()) < std::tie(q.x(), q.y(), q.z());
+    return std::tie(p.x(), p.y(), p.z(), a) < std::tie(q.x(), q.y(), q.z(), b);
   });
   Eigen::AlignedBox3d box;
   for (std::uint32_t i = 0; i < by_place.size(); ++i) {
@@ -59,7 +61,7 @@ OrderedMesh inCanonicalOrder(const TriangleMesh& mesh) {
     }
     keyed.push_back({interleaved(cell), v, static_cast<std::uint32_t>(keyed.size())});
   }
-  std::sort(keyed.begin(), keyed.end(), [](const Keyed& a, const Keyed& b) {
+  tbb::parallel_sort(keyed.begin(), keyed.end(), [](const Keyed& a, const Keyed& b) {
     return std::tie(a.code, a.vertices, a.triangle) < std::tie(b.code, b.vertices, b.triangle);
   });
   for (const Keyed& k : keyed) {

@@ -25,6 +25,8 @@ namespace {
 
 constexpr double kMaxTurn = 0.5;       // cosine of the largest rotation of a triangle in one collapse
 constexpr double kMinShape = 0.05;     // twice the area divided by the square of the longest side: triangles below it are slivers
+constexpr double kKeptShape = 0.9;     // a collapse leaves a sliver at least this share of that ratio
+constexpr int kMaxNeighbours = 64;     // a vertex with more stays until its neighbours have become fewer: its cost is quadratic in them
 constexpr double kRoundShare = 0.1;    // largest share of the possible collapses, cheapest first, that a round tries
 constexpr double kMinProgress = 0.01;  // share of the triangles that a round must remove; otherwise the reduction ends
 constexpr std::size_t kGrain = 4096;
@@ -58,18 +60,19 @@ double errorAt(const Quadric& q, const Vector3d& p) {
   return std::max(0.0, x.dot(q * x)) / areaOf(q);
 }
 
-class Simplifier {
+}  // namespace
+
+class MeshSimplifier::Collapses {
  public:
-  Simplifier(const TriangleMesh& mesh, double max_error, Progress& progress) : mesh_(mesh), progress_(progress) {
+  Collapses(const TriangleMesh& mesh, Progress& progress) : mesh_(mesh), progress_(progress), left_(mesh.triangles.size()) {
     connect();
     // In a frame of size 1 relative to the middle: far from the origin, the constant terms of the quadrics would exceed
     // their error.
     Eigen::AlignedBox3d box;
     for (const Vector3d& p : mesh.positions) box.extend(p);
-    const double scale = box.diagonal().norm() > 0 ? box.diagonal().norm() : 1;
+    if (box.diagonal().norm() > 0) scale_ = box.diagonal().norm();
     points_.reserve(mesh.positions.size());
-    for (const Vector3d& p : mesh.positions) points_.push_back((p - box.center()) / scale);
-    max_cost_ = max_error / scale * (max_error / scale);
+    for (const Vector3d& p : mesh.positions) points_.push_back((p - box.center()) / scale_);
     quadrics_.assign(points_.size(), Quadric::Zero());
     for (const Triangle& t : mesh.triangles) {
       const Quadric q = planeOf(points_[t[0]], points_[t[1]], points_[t[2]]);
@@ -79,15 +82,17 @@ class Simplifier {
     needs_update_.assign(points_.size(), 1);
   }
 
-  TriangleMesh run(std::size_t wanted) {
-    std::size_t left = mesh_.triangles.size();
-    const double from = static_cast<double>(left);
-    while (left > wanted) {
-      progress_.advance(std::log(from / static_cast<double>(left)) /
+  TriangleMesh run(std::size_t wanted, double max_error) {
+    max_cost_ = max_error / scale_ * (max_error / scale_);
+    for (std::size_t v = 0; v < best_.size(); ++v)
+      if (!(best_[v].cost < kInfinity)) needs_update_[v] = 1;  // it may have been beyond an earlier limit
+    const double from = static_cast<double>(left_);
+    while (left_ > wanted) {
+      progress_.advance(std::log(from / static_cast<double>(left_)) /
                         std::log(from / static_cast<double>(std::max<std::size_t>(wanted, 1))));
-      const std::size_t removed = round(left - wanted);
-      left -= removed;
-      if (static_cast<double>(removed) < kMinProgress * static_cast<double>(left)) break;
+      const std::size_t removed = round(left_ - wanted);
+      left_ -= removed;
+      if (static_cast<double>(removed) < kMinProgress * static_cast<double>(left_)) break;
     }
     return collect();
   }
@@ -127,7 +132,8 @@ class Simplifier {
       if (!(dot > 0) || dot * dot < kMaxTurn * kMaxTurn * n2 * m2) return false;
       const double longest2 = std::max({bc.squaredNorm(), (at(b) - q).squaredNorm(), (at(c) - q).squaredNorm()});
       const double longest2_before = std::max({bc.squaredNorm(), (at(b) - p).squaredNorm(), (at(c) - p).squaredNorm()});
-      if (m2 < kMinShape * kMinShape * longest2 * longest2 && m2 * longest2_before * longest2_before < n2 * longest2 * longest2)
+      if (m2 < kMinShape * kMinShape * longest2 * longest2 &&
+          m2 * longest2_before * longest2_before < kKeptShape * kKeptShape * n2 * longest2 * longest2)
         return false;
     }
     return true;
@@ -136,7 +142,9 @@ class Simplifier {
   Collapse cheapest(Vertex v) const {
     Collapse best;
     if (connectivity_.status(v).deleted() || connectivity_.is_isolated(v) || connectivity_.is_boundary(v)) return best;
+    int neighbours = 0;
     for (const auto h : connectivity_.voh_range(v)) {
+      if (++neighbours > kMaxNeighbours) return Collapse();
       const auto to = static_cast<std::size_t>(connectivity_.to_vertex_handle(h).idx());
       const double cost = errorAt(quadrics_[static_cast<std::size_t>(v.idx())] + quadrics_[to], points_[to]);
       if (cost > max_cost_) continue;
@@ -201,6 +209,8 @@ class Simplifier {
 
   const TriangleMesh& mesh_;
   Progress& progress_;
+  std::size_t left_;             // triangles
+  double scale_ = 1;             // size of the mesh [mm]
   double max_cost_ = kInfinity;  // largest cost of a collapse
   Connectivity connectivity_;
   std::vector<Vector3d> points_;
@@ -210,6 +220,8 @@ class Simplifier {
 };
 
 // --- the bound ---
+
+namespace {
 
 struct Corner {
   Vector3d p;
@@ -330,8 +342,12 @@ class PieceBound {
 
 }  // namespace
 
+MeshSimplifier::MeshSimplifier(const TriangleMesh& mesh, Progress& progress) : collapses_(std::make_unique<Collapses>(mesh, progress)) {}
+MeshSimplifier::~MeshSimplifier() = default;
+TriangleMesh MeshSimplifier::reduce(std::size_t triangles, double max_error) { return collapses_->run(triangles, max_error); }
+
 TriangleMesh simplifyMesh(const TriangleMesh& mesh, std::size_t triangles, Progress& progress, double max_error) {
-  return Simplifier(mesh, max_error, progress).run(triangles);
+  return MeshSimplifier(mesh, progress).reduce(triangles, max_error);
 }
 
 double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progress& progress, double sufficient_bound) {

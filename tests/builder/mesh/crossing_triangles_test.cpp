@@ -2,10 +2,13 @@
 #include "mesh/crossing_triangles.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
+#include <numbers>
 
 #include "spheretree/core/mesh_edit.h"
 #include "support/random.h"
@@ -89,6 +92,50 @@ TEST(CrossingTriangles, LeaveOutFlatOnesAndDuplicates) {
   mesh.positions[5].x() = std::nextafter(1.0, 2.0);  // a sliver, and no longer in line
   EXPECT_FALSE(isFlat(mesh, 2));
   EXPECT_EQ(findCrossingTriangles(mesh, 100).pairs.size(), 2u);
+}
+
+TEST(CrossingTriangles, AreFoundAlongALargeMesh) {
+  // Pairs that cross along a line, and one long triangle that pierces the first of each pair.
+  constexpr std::uint32_t kPairs = 20000;
+  TriangleMesh mesh;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> expected;
+  mesh.positions = {{-10, 0, 0.05}, {kPairs + 10.0, 0, 0.05}, {kPairs + 10.0, 0.01, 0.05}};
+  mesh.triangles = {{0, 1, 2}};
+  const auto add = [&](std::initializer_list<Eigen::Vector3d> corners) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.insert(mesh.positions.end(), corners);
+    mesh.triangles.push_back({first, first + 1, first + 2});
+  };
+  for (std::uint32_t i = 0; i < kPairs; ++i) {
+    const double x = (i * 7919u) % kPairs;
+    add({{x, -0.2, -0.2}, {x, 0.2, -0.2}, {x, 0, 0.3}});
+    add({{x - 0.2, -0.1, -0.1}, {x + 0.2, -0.1, -0.1}, {x, 0.3, -0.1}});
+    expected.push_back({0, 1 + 2 * i});
+    expected.push_back({1 + 2 * i, 2 + 2 * i});
+  }
+  std::sort(expected.begin(), expected.end());
+  EXPECT_EQ(findCrossingTriangles(mesh, 2 * kPairs).pairs, expected);
+  const CrossingTriangles few = findCrossingTriangles(mesh, kPairs);
+  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+  EXPECT_EQ(few.pairs.size(), kPairs);
+  EXPECT_EQ(findCrossingTriangles(mesh, kPairs).pairs, few.pairs) << "the same for any number of threads";
+}
+
+TEST(CrossingTriangles, OfFansAndThinFoldsAreExact) {
+  // Around a fan of slivers no triangles cross; a triangle that touches only the far end of one sliver does.
+  constexpr std::uint32_t kSlivers = 2000;
+  TriangleMesh fan;
+  fan.positions.emplace_back(0, 0, 0);
+  for (std::uint32_t i = 0; i < kSlivers; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kSlivers;
+    fan.positions.emplace_back(std::cos(angle), std::sin(angle), 0);
+    fan.triangles.push_back({0, 1 + i, 1 + (i + 1) % kSlivers});
+  }
+  EXPECT_TRUE(findCrossingTriangles(fan, 100).pairs.empty());
+  fan.positions.insert(fan.positions.end(), {{1, 0, 0}, {2, 0, 1}, {2, 0, -1}});  // its corner is that of the slivers 0 and 1999
+  fan.triangles.push_back({kSlivers + 1, kSlivers + 2, kSlivers + 3});
+  const std::vector<std::pair<std::uint32_t, std::uint32_t>> expected{{0, kSlivers}, {kSlivers - 1, kSlivers}};
+  EXPECT_EQ(findCrossingTriangles(fan, 100).pairs, expected);
 }
 
 TEST(CrossingTriangles, StopAtTheLimit) {
