@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""large_meshes.py BUILD [TRIANGLES [KIND...]]: builds trees of six kinds of large meshes, as the users of scanners, CT and
-CAD have them, and prints a table of times, memory and bounds.
+"""large_meshes.py BUILD [TRIANGLES [KIND...]]: builds trees of six kinds of large meshes, as scanners, CT and CAD make
+them, and prints a table of times, memory and bounds.
 
 Each is built at standard quality with 512 leaves and a skin, from a binary STL file, with one thread and with two. Both
 trees must have the same bytes. On a machine that does other work, too, compare processor times only."""

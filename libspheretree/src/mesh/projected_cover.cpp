@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numeric>
+#include <utility>
 
 #include "base/ball.h"
 
@@ -63,11 +65,14 @@ struct Frame {
 
 /// The part of the frame's plane that a triangle covers within a distance, and its distance from there.
 struct Shadow {
+  std::uint32_t triangle;
   std::array<Vector2d, 3> corner;  // counter-clockwise
   std::array<HalfPlane, 5> half;
   Vector2d slope;
   double level = 0;  // height above p: slope . p + level
   double slack = 0;  // increase of distances by the widening
+  Vector2d across;   // perpendicular to the longest side, y >= 0
+  double angle = 0;  // ascends with the angle of `across`
   double heightOver(const Vector2d& p) const { return std::abs(slope.dot(p) + level); }
   bool misses(const Polygon& region) const {
     return std::any_of(half.begin(), half.end(), [&](const HalfPlane& side) { return side.excludes(region); });
@@ -84,6 +89,7 @@ bool makeShadow(const std::array<Vector3d, 3>& corners, const Frame& frame, doub
   if (along < 0) std::swap(p[1], p[2]);
   const double widening = kWidening * size;
   double smallest = 1;  // sine of the smallest angle
+  double longest = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const Vector2d u = p[(k + 1) % 3] - p[k], v = p[(k + 2) % 3] - p[k];
     const double length = u.norm();
@@ -91,6 +97,7 @@ bool makeShadow(const std::array<Vector3d, 3>& corners, const Frame& frame, doub
     smallest = std::min(smallest, (u.x() * v.y() - u.y() * v.x()) / (length * v.norm()));
     const Vector2d out(u.y() / length, -u.x() / length);
     shadow.half[k] = {out, out.dot(p[k]) + widening};
+    if (length > longest) longest = length, shadow.across = out.y() < 0 ? Vector2d(-out) : out, shadow.angle = -shadow.across.x();
   }
   // A widened corner of angle alpha is widening / sin(alpha / 2) beyond the original corner; in the triangle's own
   // plane, that distance is divided by the cosine of the slope.
@@ -107,7 +114,7 @@ bool makeShadow(const std::array<Vector3d, 3>& corners, const Frame& frame, doub
 class Subtraction {
  public:
   Subtraction(const std::array<Vector3d, 3>& triangle, const DistanceField& field, double allowed, double reach, ProjectedCover& out)
-      : frame_(triangle), out_(out), widening_(kWidening * reach) {
+      : field_(field), frame_(triangle), out_(out) {
     const Polygon whole{frame_.flat(triangle[0]), frame_.flat(triangle[1]), frame_.flat(triangle[2])};
     std::array<HalfPlane, 3> side;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -122,6 +129,7 @@ class Subtraction {
     std::sort(near.begin(), near.end());
     for (const std::uint32_t t : near) {
       Shadow shadow;
+      shadow.triangle = t;
       shadow.corner = flattened(field.corners(t));
       if (makeShadow(field.corners(t), frame_, reach, allowed, shadow)) shadows_.push_back(shadow);
     }
@@ -172,29 +180,31 @@ class Subtraction {
     subtract(region, shadows);
   }
 
-  bool reachesInto(const Shadow& shadow, const HalfPlane& half, bool inside) const {
+  /// Shadows that only touch the cut count on their own side alone: of a fan around a point of the cut, each half keeps
+  /// half.
+  static bool reachesInto(const Shadow& shadow, const HalfPlane& half, bool inside) {
     const Range range = rangeOf(shadow.corner, half.normal);
-    return inside ? range.low <= half.offset + widening_ : range.high >= half.offset - widening_;
+    return inside ? range.low < half.offset : range.high > half.offset;
   }
 
-  /// The cut at the median along the axes of the frame, or along the longest shadow, since slivers lie side by side.
+  /// The cut at the median of the ends of the shadows, along the axes of the frame or across their longest sides, since
+  /// slivers lie side by side, or around a point.
   Cut bestCut(const Polygon& region, const std::vector<std::uint32_t>& shadows) {
-    Vector2d longest = Vector2d::Zero();
-    for (const std::uint32_t s : shadows)
-      for (std::size_t k = 0; k < 3; ++k)
-        if (const Vector2d side = shadows_[s].corner[(k + 1) % 3] - shadows_[s].corner[k]; side.squaredNorm() > longest.squaredNorm())
-          longest = side;
+    ordered_ = shadows;
+    const auto middle = ordered_.begin() + static_cast<std::ptrdiff_t>(ordered_.size() / 2);
+    std::nth_element(ordered_.begin(), middle, ordered_.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return std::pair(shadows_[a].angle, a) < std::pair(shadows_[b].angle, b); });
     Cut best{{Vector2d::UnitX(), 0}, shadows.size()};
-    const Vector2d across = Vector2d(-longest.y(), longest.x()).normalized();
-    for (const Vector2d& direction : std::array<Vector2d, 3>{Vector2d::UnitX(), Vector2d::UnitY(), across}) {
+    for (const Vector2d& direction : std::array<Vector2d, 3>{Vector2d::UnitX(), Vector2d::UnitY(), shadows_[*middle].across}) {
       const Range within = rangeOf(region, direction);
-      centres_.clear();
+      ends_.clear();
       for (const std::uint32_t s : shadows) {
         const Range range = rangeOf(shadows_[s].corner, direction);
-        centres_.push_back(0.5 * (std::max(range.low, within.low) + std::min(range.high, within.high)));
+        ends_.push_back(std::max(range.low, within.low));
+        ends_.push_back(std::min(range.high, within.high));
       }
-      const auto median = centres_.begin() + static_cast<std::ptrdiff_t>(centres_.size() / 2);
-      std::nth_element(centres_.begin(), median, centres_.end());
+      const auto median = ends_.begin() + static_cast<std::ptrdiff_t>(ends_.size() / 2);
+      std::nth_element(ends_.begin(), median, ends_.end());
       const HalfPlane half{direction, *median};
       std::array<std::size_t, 2> reaching{};
       for (const std::uint32_t s : shadows)
@@ -205,9 +215,14 @@ class Subtraction {
     return best;
   }
 
+  /// The nearest shadow first: where several cover a point, the distance is that of the first.
   void subtract(const Polygon& region, const std::vector<std::uint32_t>& shadows) {
+    const Vector2d middle = std::accumulate(region.begin(), region.end(), Vector2d(Vector2d::Zero())) / static_cast<double>(region.size());
+    nearest_.clear();
+    for (const std::uint32_t s : shadows) nearest_.emplace_back(shadows_[s].heightOver(middle), s);
+    std::sort(nearest_.begin(), nearest_.end());
     left_.assign(1, region);
-    for (const std::uint32_t s : shadows) {
+    for (const auto& [height, s] : nearest_) {
       if (left_.empty() || left_.size() > kMaxParts) break;
       const Shadow& shadow = shadows_[s];
       next_.clear();
@@ -228,7 +243,8 @@ class Subtraction {
           next_.push_back(std::move(whole));
           continue;
         }
-        for (const Vector2d& p : rest) out_.distance = std::max(out_.distance, shadow.heightOver(p) + shadow.slack);
+        for (const Vector2d& p : rest)
+          if (shadow.heightOver(p) + shadow.slack > out_.distance) out_.distance = std::max(out_.distance, distanceOf(p, shadow));
         std::move(beside_.begin(), beside_.end(), std::back_inserter(next_));
       }
       left_.swap(next_);
@@ -238,11 +254,19 @@ class Subtraction {
         out_.not_covered.push_back({frame_.back(p[0]), frame_.back(p[k]), frame_.back(p[k + 1])});
   }
 
+  /// The distance from one triangle is convex, so over a polygon it is largest at a corner.
+  double distanceOf(const Vector2d& p, const Shadow& shadow) const {
+    const auto [a, b, c] = field_.corners(shadow.triangle);
+    return nearestOnTriangle(frame_.back(p), a, b, c).distance;
+  }
+
+  const DistanceField& field_;
   Frame frame_;
   ProjectedCover& out_;
-  double widening_;
   std::vector<Shadow> shadows_;
-  std::vector<double> centres_;
+  std::vector<double> ends_;
+  std::vector<std::uint32_t> ordered_;
+  std::vector<std::pair<double, std::uint32_t>> nearest_;
   std::vector<Polygon> left_, next_, beside_;
 };
 

@@ -359,25 +359,26 @@ double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progr
   });
   double largest = 0;
   for (const Corner& c : corners) largest = std::max(largest, c.distance);
-  if (largest > sufficient_bound) return kInfinity;
+  // Upper bound of the rounding error of a distance in double precision.
+  const double rounding = 1e-12 * (field.box().min().cwiseAbs().cwiseMax(field.box().max().cwiseAbs()).maxCoeff() + field.diagonal());
+  const double sufficient = sufficient_bound - rounding;
+  if (largest > sufficient) return kInfinity;
   const double loose = std::max(kLooseness * largest, 1e-6 * field.diagonal());
-  const double allowed = sufficient_bound < kInfinity ? sufficient_bound : loose;
-  const double tight = sufficient_bound < kInfinity ? std::min(allowed, std::max(kTightShare * allowed, loose)) : allowed;
+  const double allowed = sufficient < kInfinity ? sufficient : loose;
+  const double tight = sufficient < kInfinity ? std::min(allowed, std::max(kTightShare * allowed, loose)) : allowed;
   std::atomic<bool> is_beyond = false;
   std::vector<double> bounds((mesh.triangles.size() + kGrain - 1) / kGrain);
   tbb::parallel_for(std::size_t{0}, bounds.size(), [&](std::size_t chunk) {
     progress.check();
-    PieceBound piece_bound(field, allowed, sufficient_bound, tight);
+    PieceBound piece_bound(field, allowed, sufficient, tight);
     if (is_beyond) return;
     for (std::size_t t = chunk * kGrain; t < std::min(mesh.triangles.size(), (chunk + 1) * kGrain); ++t) {
       const Triangle& triangle = mesh.triangles[t];
       bounds[chunk] = std::max(bounds[chunk], piece_bound.run({corners[triangle[0]], corners[triangle[1]], corners[triangle[2]]}));
     }
-    if (bounds[chunk] > sufficient_bound) is_beyond = true;
+    if (bounds[chunk] > sufficient) is_beyond = true;
   });
   if (is_beyond) return kInfinity;
-  // Upper bound of the rounding error of a distance in double precision.
-  const double rounding = 1e-12 * (field.box().min().cwiseAbs().cwiseMax(field.box().max().cwiseAbs()).maxCoeff() + field.diagonal());
   return *std::max_element(bounds.begin(), bounds.end()) + rounding;
 }
 

@@ -91,6 +91,18 @@ TEST(SimplifyMesh, StepsGoOnFromEachOther) {
   EXPECT_TRUE(checkMesh(coarsest).clean());
 }
 
+TEST(SimplifyMesh, ASufficientBoundIsKeptOrRefused) {
+  // Sheets beside each other at a height that is the sufficient bound, but for rounding that the position makes large.
+  Progress progress;
+  for (const double share : {0.9, 1 - 1e-9, 1 - 1e-11, 1.0, 1.1}) {
+    TriangleMesh low = test::boxMesh({1e4, 1e4, 1e4}, {1e4 + 5, 1e4 + 5, 1e4 + 5}), high = low;
+    for (Vector3d& p : high.positions) p.x() += 0.01 * share;
+    const double bound = distanceBound(high, DistanceField(low), progress, 0.01);
+    EXPECT_TRUE(bound <= 0.01 || bound == kInfinity) << share << ": " << bound - 0.01;
+    EXPECT_EQ(bound <= 0.01, share < 1 - 1e-7) << share;
+  }
+}
+
 TEST(SimplifyMesh, TheBoundHoldsAndIsTight) {
   for (const TriangleMesh& mesh : {test::sphereMesh(5, 5), test::torusMesh(10, 3, 80, 50)}) {
     const TriangleMesh coarse = simplified(mesh, mesh.triangles.size() / 8);
