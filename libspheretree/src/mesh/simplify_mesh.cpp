@@ -23,10 +23,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kMaxTurn = 0.5;       // cosine of the largest rotation of a triangle in one collapse
-constexpr double kMinShape = 0.05;     // twice the area divided by the square of the longest side: triangles below it are slivers
-constexpr double kKeptShape = 0.9;     // a collapse leaves a sliver at least this share of that ratio
-constexpr int kMaxNeighbours = 64;     // a vertex with more stays until its neighbours have become fewer: its cost is quadratic in them
+constexpr double kMaxTurn = 0.5;    // cosine of the largest rotation of a triangle in one collapse
+constexpr double kMinShape = 0.05;  // twice the area divided by the square of the longest side: triangles below it are slivers
+constexpr double kKeptShape = 0.9;  // a collapse leaves a sliver at least this share of that ratio
+constexpr std::size_t kMaxNeighbours =
+    64;                                // a vertex with more stays until its neighbours have become fewer: its cost is quadratic in them
 constexpr double kRoundShare = 0.1;    // largest share of the possible collapses, cheapest first, that a round tries
 constexpr double kMinProgress = 0.01;  // share of the triangles that a round must remove; otherwise the reduction ends
 constexpr std::size_t kGrain = 4096;
@@ -140,17 +141,23 @@ class MeshSimplifier::Collapses {
   }
 
   Collapse cheapest(Vertex v) const {
-    Collapse best;
-    if (connectivity_.status(v).deleted() || connectivity_.is_isolated(v) || connectivity_.is_boundary(v)) return best;
-    int neighbours = 0;
+    if (connectivity_.status(v).deleted() || connectivity_.is_isolated(v) || connectivity_.is_boundary(v)) return Collapse();
+    std::array<Collapse, kMaxNeighbours> possible;
+    std::size_t count = 0, neighbours = 0;
     for (const auto h : connectivity_.voh_range(v)) {
       if (++neighbours > kMaxNeighbours) return Collapse();
       const auto to = static_cast<std::size_t>(connectivity_.to_vertex_handle(h).idx());
       const double cost = errorAt(quadrics_[static_cast<std::size_t>(v.idx())] + quadrics_[to], points_[to]);
-      if (cost > max_cost_) continue;
-      if ((cost < best.cost || (cost == best.cost && h.idx() < best.halfedge.idx())) && keepsShape(h)) best = {h, cost};
+      if (cost <= max_cost_) possible[count++] = {h, cost};
     }
-    return best;
+    // The shape costs more to test than the error: that of the cheapest first.
+    for (auto first = possible.begin(), last = first + count; first != last; ++first) {
+      std::iter_swap(first, std::min_element(first, last, [](const Collapse& a, const Collapse& b) {
+                       return a.cost < b.cost || (a.cost == b.cost && a.halfedge.idx() < b.halfedge.idx());
+                     }));
+      if (keepsShape(first->halfedge)) return *first;
+    }
+    return Collapse();
   }
 
   /// One round of collapses that do not touch each other; returns the number of removed triangles, at most about
@@ -231,9 +238,10 @@ struct Corner {
 
 class PieceBound {
  public:
-  /// A bound of a whole triangle that is at most `tight` is not improved.
-  PieceBound(const DistanceField& field, double allowed, double sufficient_bound, double tight)
-      : field_(field), allowed_(allowed), sufficient_bound_(sufficient_bound), tight_(tight) {}
+  /// A bound of a whole triangle that is at most `tight` is not improved, and no bound that is at most `floor`: that is
+  /// the distance of some point.
+  PieceBound(const DistanceField& field, double allowed, double sufficient_bound, double tight, double floor)
+      : field_(field), allowed_(allowed), sufficient_bound_(sufficient_bound), tight_(tight), floor_(floor) {}
 
   /// Upper bound of the distance over a triangle: at most the allowed distance if a few pieces can show it. Infinite if
   /// a point is farther than `sufficient_bound`.
@@ -281,15 +289,29 @@ class PieceBound {
   static double side2(const std::array<Corner, 3>& piece, std::size_t opposite) {
     return (piece[(opposite + 1) % 3].p - piece[(opposite + 2) % 3].p).squaredNorm();
   }
+  /// Ends early with a bound of at most `floor_`, since no better one is of use.
   double boundOf(const std::array<Corner, 3>& piece) const {
     const std::array<std::uint32_t, 3> face{piece[0].nearest, piece[1].nearest, piece[2].nearest};
     if (face[0] == face[1] && face[1] == face[2]) return std::max({piece[0].distance, piece[1].distance, piece[2].distance});
+    std::array<std::array<Vector3d, 3>, 3> corners;      // of each face
+    std::array<std::array<NearestPoint, 3>, 3> nearest;  // on each face, of each corner of the piece
     double smallest = kInfinity;
     for (std::size_t k = 0; k < 3; ++k) {
+      // The distance is 1-Lipschitz, and that to one triangle is convex.
       const std::size_t next = (k + 1) % 3, last = (k + 2) % 3;
-      // The distance is 1-Lipschitz.
       smallest = std::min(smallest, piece[k].distance + std::max((piece[next].p - piece[k].p).norm(), (piece[last].p - piece[k].p).norm()));
-      if (face[k] != face[next]) smallest = std::min(smallest, boundByTwo(piece, field_.corners(face[k]), field_.corners(face[next])));
+      corners[k] = field_.corners(face[k]);
+      double to_one = 0;
+      for (std::size_t j = 0; j < 3; ++j) {
+        nearest[k][j] = nearestOnTriangle(piece[j].p, corners[k][0], corners[k][1], corners[k][2]);
+        to_one = std::max(to_one, nearest[k][j].distance);
+      }
+      smallest = std::min(smallest, to_one);
+      if (smallest <= floor_) return smallest;
+    }
+    for (std::size_t k = 0; k < 3 && smallest > floor_; ++k) {
+      const std::size_t next = (k + 1) % 3;
+      if (face[k] != face[next]) smallest = std::min(smallest, boundByTwo(corners[k], corners[next], nearest[k], nearest[next]));
     }
     return smallest;
   }
@@ -299,16 +321,15 @@ class PieceBound {
   /// corners. One of its corners, a, lies on one face, and b and c on the other. A path on the two faces leads from a
   /// to b, and one from a to c, through any point that the faces share. The distance of the triangle a, b, c from the
   /// faces is at most the distance of its sides ab and ac from a point where those paths bend.
-  static double boundByTwo(const std::array<Corner, 3>& piece, const std::array<Vector3d, 3>& one, const std::array<Vector3d, 3>& two) {
+  static double boundByTwo(const std::array<Vector3d, 3>& one, const std::array<Vector3d, 3>& two,
+                           const std::array<NearestPoint, 3>& on_first, const std::array<NearestPoint, 3>& on_second) {
     std::array<Vector3d, 3> foot;
     std::array<bool, 3> on_one{};
     double largest = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-      const NearestPoint first = nearestOnTriangle(piece[k].p, one[0], one[1], one[2]);
-      const NearestPoint second = nearestOnTriangle(piece[k].p, two[0], two[1], two[2]);
-      on_one[k] = first.distance <= second.distance;
-      foot[k] = on_one[k] ? first.point : second.point;
-      largest = std::max(largest, std::min(first.distance, second.distance));
+      on_one[k] = on_first[k].distance <= on_second[k].distance;
+      foot[k] = on_one[k] ? on_first[k].point : on_second[k].point;
+      largest = std::max(largest, std::min(on_first[k].distance, on_second[k].distance));
     }
     if (on_one[0] == on_one[1] && on_one[1] == on_one[2]) return largest;
     std::size_t alone = 0;
@@ -336,7 +357,7 @@ class PieceBound {
   }
 
   const DistanceField& field_;
-  double allowed_, sufficient_bound_, tight_;
+  double allowed_, sufficient_bound_, tight_, floor_;
   std::vector<std::array<Corner, 3>> stack_;
 };
 
@@ -351,7 +372,7 @@ TriangleMesh simplifyMesh(const TriangleMesh& mesh, std::size_t triangles, Progr
 }
 
 double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progress& progress, double sufficient_bound) {
-  const PieceBound any(field, 0, sufficient_bound, 0);
+  const PieceBound any(field, 0, sufficient_bound, 0, 0);
   std::vector<Corner> corners(mesh.positions.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners.size(), kGrain), [&](const auto& range) {
     progress.check();
@@ -370,7 +391,7 @@ double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progr
   std::vector<double> bounds((mesh.triangles.size() + kGrain - 1) / kGrain);
   tbb::parallel_for(std::size_t{0}, bounds.size(), [&](std::size_t chunk) {
     progress.check();
-    PieceBound piece_bound(field, allowed, sufficient, tight);
+    PieceBound piece_bound(field, allowed, sufficient, tight, largest);
     if (is_beyond) return;
     for (std::size_t t = chunk * kGrain; t < std::min(mesh.triangles.size(), (chunk + 1) * kGrain); ++t) {
       const Triangle& triangle = mesh.triangles[t];
