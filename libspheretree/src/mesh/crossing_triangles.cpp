@@ -6,6 +6,7 @@
 #include <CGAL/box_intersection_d.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -13,9 +14,12 @@
 #include <atomic>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <optional>
+#include <tuple>
 
 #include "base/ball.h"
+#include "mesh/canonical_order.h"
 
 namespace spheretree::builder {
 namespace {
@@ -71,55 +75,224 @@ bool areUnfolded(const Vector3d& from, const Vector3d& to, const Vector3d& a, co
   return u.dot(v) < -kSure * edge.squaredNorm() * (a - from).norm() * (b - from).norm();
 }
 
-// Boxes in the order of their lower ends along an axis, in chunks. Two boxes overlap within a chunk, or one of them
-// begins in an earlier chunk and reaches into the later one.
-class BoxChunks {
+// The corner of a triangle at which at least kFan triangles meet, if there is one.
+constexpr std::size_t kFan = 64;
+constexpr std::uint32_t kNoHub = std::numeric_limits<std::uint32_t>::max();
+
+std::vector<std::uint32_t> hubsOf(const TriangleMesh& mesh) {
+  std::vector<std::uint32_t> count(mesh.positions.size()), hub(mesh.triangles.size(), kNoHub);
+  for (const Triangle& t : mesh.triangles)
+    for (const std::uint32_t v : t) ++count[v];
+  for (std::size_t t = 0; t < hub.size(); ++t)
+    for (const std::uint32_t v : mesh.triangles[t])
+      if (count[v] >= kFan && (hub[t] == kNoHub || std::pair(count[v], hub[t]) > std::pair(count[hub[t]], v))) hub[t] = v;
+  return hub;
+}
+
+// A few neighbouring triangles, with a box along their longest side and their normal: around slivers that lie askew, it
+// is far smaller than a box along the axes.
+struct Cluster {
+  std::size_t first = 0, last = 0;  // places in the order of the search
+  std::uint32_t hub = kNoHub;       // of all its triangles
+  Eigen::AlignedBox3d box;
+  Eigen::Matrix3d axes;  // rows
+  Vector3d low, high;    // along them
+
+  bool excludes(const std::array<Vector3d, 3>& corners) const {
+    const Vector3d a = axes * corners[0], b = axes * corners[1], c = axes * corners[2];
+    return (a.cwiseMin(b).cwiseMin(c).array() > high.array()).any() || (a.cwiseMax(b).cwiseMax(c).array() < low.array()).any();
+  }
+  bool excludes(const Cluster& other) const {
+    const Vector3d middle = axes * (other.axes.transpose() * (0.5 * (other.low + other.high)));
+    const Vector3d reach = (axes * other.axes.transpose()).cwiseAbs() * (0.5 * (other.high - other.low));
+    return ((middle - reach).array() > high.array()).any() || ((middle + reach).array() < low.array()).any();
+  }
+};
+
+// Finds the pairs that cross, in tasks that do not depend on each other. Triangles with a common hub meet elsewhere
+// only if their directions from it do: these pairs are found among the directions, all others among clusters.
+class CrossingSearch {
  public:
-  BoxChunks(const TriangleMesh& mesh, std::vector<Box> boxes) : mesh_(mesh), boxes_(std::move(boxes)) {
+  CrossingSearch(const TriangleMesh& mesh, const std::vector<char>& is_flat) : mesh_(mesh) {
     Eigen::AlignedBox3d whole;
-    for (const Box& box : boxes_)
-      whole.extend(Vector3d(box.min_coord(0), box.min_coord(1), box.min_coord(2)))
-          .extend(Vector3d(box.max_coord(0), box.max_coord(1), box.max_coord(2)));
-    if (boxes_.empty()) return;
-    Eigen::Index longest = 0;
-    whole.sizes().maxCoeff(&longest);
-    const int axis = static_cast<int>(longest);
-    std::sort(boxes_.begin(), boxes_.end(),
-              [&](const Box& a, const Box& b) { return std::pair(a.min_coord(axis), a.info()) < std::pair(b.min_coord(axis), b.info()); });
-    earlier_.resize((boxes_.size() + kChunk - 1) / kChunk);
-    for (std::size_t c = 1; c < earlier_.size(); ++c) {
-      const double begin = boxes_[c * kChunk].min_coord(axis);
-      const auto reaches = [&](std::size_t i) { return boxes_[i].max_coord(axis) >= begin; };
-      std::copy_if(earlier_[c - 1].begin(), earlier_[c - 1].end(), std::back_inserter(earlier_[c]), reaches);
-      for (std::size_t i = (c - 1) * kChunk; i < c * kChunk; ++i)
-        if (reaches(i)) earlier_[c].push_back(static_cast<std::uint32_t>(i));
+    std::vector<std::uint32_t> order;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+      if (!is_flat[t]) {
+        order.push_back(t);
+        for (int k = 0; k < 3; ++k) whole.extend(mesh.corner(t, k));
+      }
+    if (order.empty()) return;
+    margin_ = kSure * std::max(whole.min().cwiseAbs().maxCoeff(), whole.max().cwiseAbs().maxCoeff());
+    const std::vector<std::uint32_t> hub = hubsOf(mesh);
+    std::vector<std::uint64_t> place(mesh.triangles.size());
+    const auto each = [](std::size_t count, auto&& one) {
+      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) one(i);
+      });
+    };
+    each(order.size(), [&](std::size_t i) {
+      const auto [a, b, c] = cornersOf(order[i]);
+      place[order[i]] = placeOnCurve((a + b + c) / 3, whole);
+    });
+    const auto key = [&](std::uint32_t t) { return std::tuple(hub[t], place[t], t); };
+    tbb::parallel_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+    order_ = std::move(order);
+    place = {};
+    std::size_t begun = 0;  // triangles of one hub
+    for (std::size_t i = 0; i < order_.size(); ++i) {
+      const std::uint32_t own = hub[order_[i]];
+      if (i == 0 || own != hub[order_[begun]]) begun = i;
+      if ((i - begun) % kClusterSize == 0) clusters_.push_back({i, i, own, {}, {}, {}, {}});
+      clusters_.back().last = i + 1;
+      if (own == kNoHub) continue;
+      if (i == begun) fans_.push_back({i, i});
+      fans_.back()[1] = i + 1;
     }
+    boxes_.resize(order_.size());
+    each(clusters_.size(), [&](std::size_t c) { fit(clusters_[c]); });
+    findChunks(whole);
   }
 
-  std::size_t size() const { return earlier_.size(); }
+  std::size_t tasks() const { return fans_.size() + earlier_.size(); }
 
-  /// Appends the pairs that cross and are first seen in a chunk; `goes_on` ends the search by returning false.
+  /// Appends the pairs that one task finds; `goes_on` ends it by returning false.
   template <class GoesOn>
-  void search(std::size_t chunk, std::vector<Pair>& pairs, GoesOn&& goes_on) const {
-    struct Enough {};
-    const auto first = boxes_.begin() + static_cast<std::ptrdiff_t>(chunk * kChunk);
-    std::vector<Box> own(first, first + static_cast<std::ptrdiff_t>(std::min(kChunk, boxes_.size() - chunk * kChunk))), before;
-    for (const std::uint32_t i : earlier_[chunk]) before.push_back(boxes_[i]);
-    const auto test = [&](const Box& a, const Box& b) {
-      if (!goes_on()) throw Enough{};
-      if (doCross(mesh_.positions, mesh_.triangles[a.info()], mesh_.triangles[b.info()])) pairs.push_back(std::minmax(a.info(), b.info()));
-    };
+  void search(std::size_t task, std::vector<Pair>& pairs, GoesOn&& goes_on) const {
     try {
-      CGAL::box_intersection_d(own.begin(), own.end(), before.begin(), before.end(), test);
-      CGAL::box_self_intersection_d(own.begin(), own.end(), test);
+      const auto test = [&](std::uint32_t a, std::uint32_t b) {
+        if (!goes_on()) throw Enough{};
+        if (doCross(mesh_.positions, mesh_.triangles[a], mesh_.triangles[b])) pairs.push_back(std::minmax(a, b));
+      };
+      if (task < fans_.size())
+        searchFan(fans_[task], test);
+      else
+        searchChunk(task - fans_.size(), test);
     } catch (const Enough&) {
     }
   }
 
  private:
-  static constexpr std::size_t kChunk = 16384;
+  static constexpr std::size_t kClusterSize = 16, kChunk = 1024;
+  struct Enough {};
+
+  std::array<Vector3d, 3> cornersOf(std::uint32_t t) const { return {mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2)}; }
+
+  void fit(Cluster& cluster) {
+    Vector3d longest = Vector3d::Zero(), normal = Vector3d::Zero();
+    for (std::size_t i = cluster.first; i < cluster.last; ++i) {
+      const auto corners = cornersOf(order_[i]);
+      const Vector3d cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+      normal += cross.dot(normal) < 0 ? Vector3d(-cross) : cross;
+      for (std::size_t k = 0; k < 3; ++k) {
+        boxes_[i].extend(corners[k]);
+        if (const Vector3d side = corners[(k + 1) % 3] - corners[k]; side.squaredNorm() > longest.squaredNorm()) longest = side;
+      }
+      cluster.box.extend(boxes_[i]);
+    }
+    const Vector3d along = longest.normalized(), across = normal.cross(along).normalized();
+    cluster.axes << along.transpose(), across.transpose(), along.cross(across).transpose();
+    if (!cluster.axes.allFinite() || !(across.squaredNorm() > 0.5)) cluster.axes.setIdentity();
+    cluster.low.setConstant(kInfinity), cluster.high.setConstant(-kInfinity);
+    for (std::size_t i = cluster.first; i < cluster.last; ++i)
+      for (const Vector3d& p : cornersOf(order_[i])) {
+        const Vector3d at = cluster.axes * p;
+        cluster.low = cluster.low.cwiseMin(at), cluster.high = cluster.high.cwiseMax(at);
+      }
+    cluster.low.array() -= margin_, cluster.high.array() += margin_;
+  }
+
+  static Box boxOf(const Eigen::AlignedBox3d& box, std::size_t info) {
+    return Box(CGAL::Bbox_3(box.min().x(), box.min().y(), box.min().z(), box.max().x(), box.max().y(), box.max().z()),
+               static_cast<std::uint32_t>(info));
+  }
+
+  // Clusters in the order of their lower ends along an axis, in chunks. Two boxes overlap within a chunk, or one of
+  // them begins in an earlier chunk and reaches into the later one.
+  void findChunks(const Eigen::AlignedBox3d& whole) {
+    Eigen::Index longest = 0;
+    whole.sizes().maxCoeff(&longest);
+    const int axis = static_cast<int>(longest);
+    for (std::size_t c = 0; c < clusters_.size(); ++c)
+      in_order_.push_back(boxOf(clusters_[c].box, c));  // on one thread, since CGAL counts them
+    std::sort(in_order_.begin(), in_order_.end(),
+              [&](const Box& a, const Box& b) { return std::pair(a.min_coord(axis), a.info()) < std::pair(b.min_coord(axis), b.info()); });
+    earlier_.resize((in_order_.size() + kChunk - 1) / kChunk);
+    for (std::size_t c = 1; c < earlier_.size(); ++c) {
+      const double begin = in_order_[c * kChunk].min_coord(axis);
+      const auto reaches = [&](std::size_t i) { return in_order_[i].max_coord(axis) >= begin; };
+      std::copy_if(earlier_[c - 1].begin(), earlier_[c - 1].end(), std::back_inserter(earlier_[c]), reaches);
+      for (std::size_t i = (c - 1) * kChunk; i < c * kChunk; ++i)
+        if (reaches(i)) earlier_[c].push_back(static_cast<std::uint32_t>(i));
+    }
+    for (const auto& [first, last] : fans_)
+      for (std::size_t i = first; i < last; ++i) directions_.push_back(directionBox(i));
+  }
+
+  // Around the directions of a triangle from its hub: the arc over a chord c rises above it by at most c^2 / 4.
+  Box directionBox(std::size_t i) const {
+    const Triangle& t = mesh_.triangles[order_[i]];
+    const std::uint32_t hub = hubAt(i);
+    const std::size_t k = t[0] == hub ? 0 : t[1] == hub ? 1 : 2;
+    const Vector3d& origin = mesh_.positions[hub];
+    const Vector3d p = (mesh_.positions[t[(k + 1) % 3]] - origin).stableNormalized(),
+                   q = (mesh_.positions[t[(k + 2) % 3]] - origin).stableNormalized();
+    Eigen::AlignedBox3d box(p.cwiseMin(q), p.cwiseMax(q));
+    const double rise = 0.25 * (p - q).squaredNorm() + kSure;
+    box.min().array() -= rise, box.max().array() += rise;
+    return boxOf(box, i);
+  }
+
+  std::uint32_t hubAt(std::size_t place) const {
+    const auto after =
+        std::upper_bound(clusters_.begin(), clusters_.end(), place, [](std::size_t i, const Cluster& c) { return i < c.first; });
+    return std::prev(after)->hub;
+  }
+
+  template <class Test>
+  void searchFan(const std::array<std::size_t, 2>& fan, Test&& test) const {
+    const auto first = directions_.begin() + static_cast<std::ptrdiff_t>(fan[0] - fans_.front()[0]);
+    std::vector<Box> own(first, first + static_cast<std::ptrdiff_t>(fan[1] - fan[0]));
+    CGAL::box_self_intersection_d(own.begin(), own.end(), [&](const Box& a, const Box& b) { test(order_[a.info()], order_[b.info()]); });
+  }
+
+  template <class Test>
+  void searchChunk(std::size_t chunk, Test&& test) const {
+    const auto first = in_order_.begin() + static_cast<std::ptrdiff_t>(chunk * kChunk);
+    std::vector<Box> own(first, first + static_cast<std::ptrdiff_t>(std::min(kChunk, in_order_.size() - chunk * kChunk))), before;
+    for (const std::uint32_t i : earlier_[chunk]) before.push_back(in_order_[i]);
+    for (const Box& box : own) {
+      const Cluster& cluster = clusters_[box.info()];
+      if (cluster.hub != kNoHub) continue;
+      for (std::size_t i = cluster.first; i < cluster.last; ++i)
+        for (std::size_t j = i + 1; j < cluster.last; ++j)
+          if (boxes_[i].intersects(boxes_[j])) test(order_[i], order_[j]);
+    }
+    std::vector<std::size_t> near;  // triangles of one cluster that reach into another one
+    const auto compare = [&](const Box& one, const Box& two) {
+      const Cluster &a = clusters_[one.info()], &b = clusters_[two.info()];
+      if ((a.hub != kNoHub && a.hub == b.hub) || a.excludes(b) || b.excludes(a)) return;
+      near.clear();
+      for (std::size_t j = b.first; j < b.last; ++j)
+        if (boxes_[j].intersects(a.box) && !a.excludes(cornersOf(order_[j]))) near.push_back(j);
+      if (near.empty()) return;
+      for (std::size_t i = a.first; i < a.last; ++i) {
+        if (!boxes_[i].intersects(b.box)) continue;
+        for (const std::size_t j : near)
+          if (boxes_[i].intersects(boxes_[j])) test(order_[i], order_[j]);
+      }
+    };
+    CGAL::box_intersection_d(own.begin(), own.end(), before.begin(), before.end(), compare);
+    CGAL::box_self_intersection_d(own.begin(), own.end(), compare);
+  }
+
   const TriangleMesh& mesh_;
-  std::vector<Box> boxes_;
+  double margin_ = 0;                                // rounding of a place along an axis
+  std::vector<std::uint32_t> order_;                 // triangles by their hub, then along a curve
+  std::vector<Eigen::AlignedBox3d> boxes_;           // of them
+  std::vector<Cluster> clusters_;                    // in their order
+  std::vector<std::array<std::size_t, 2>> fans_;     // triangles with a common hub; they precede those without
+  std::vector<Box> directions_;                      // of the triangles of fans
+  std::vector<Box> in_order_;                        // of clusters
   std::vector<std::vector<std::uint32_t>> earlier_;  // (chunks) boxes before the chunk that reach into it
 };
 
@@ -166,33 +339,26 @@ CrossingTriangles findCrossingTriangles(const TriangleMesh& mesh, std::size_t ma
     progress.check();
     for (std::size_t t = range.begin(); t < range.end(); ++t) is_flat[t] = isFlat(mesh, t);
   });
-  std::vector<Box> boxes;  // made on one thread, since CGAL counts them
-  boxes.reserve(mesh.triangles.size());
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto [a, b, c] = mesh.triangles[t];
-    if (!is_flat[t])
-      boxes.emplace_back(pointOf(mesh.positions, a).bbox() + pointOf(mesh.positions, b).bbox() + pointOf(mesh.positions, c).bbox(), t);
-  }
-  const BoxChunks chunks(mesh, std::move(boxes));
+  const CrossingSearch search(mesh, is_flat);
   CrossingTriangles found;
-  std::vector<std::vector<Pair>> pairs(chunks.size());
+  std::vector<std::vector<Pair>> pairs(search.tasks());
   std::atomic<std::size_t> total = 0;
-  tbb::parallel_for(std::size_t{0}, chunks.size(), [&](std::size_t c) {
+  tbb::parallel_for(std::size_t{0}, search.tasks(), [&](std::size_t task) {
     std::size_t counted = 0;
-    chunks.search(c, pairs[c], [&] {
+    search.search(task, pairs[task], [&] {
       progress.check();
-      total += pairs[c].size() - counted;
-      counted = pairs[c].size();
+      total += pairs[task].size() - counted;
+      counted = pairs[task].size();
       return total <= max_pairs;
     });
-    total += pairs[c].size() - counted;
+    total += pairs[task].size() - counted;
   });
   if (total <= max_pairs) {
-    for (const std::vector<Pair>& of_chunk : pairs) found.pairs.insert(found.pairs.end(), of_chunk.begin(), of_chunk.end());
+    for (const std::vector<Pair>& of_task : pairs) found.pairs.insert(found.pairs.end(), of_task.begin(), of_task.end());
   } else {  // too many: the first ones again, in an order that does not depend on the threads
     found.is_stopped = true;
-    for (std::size_t c = 0; found.pairs.size() < max_pairs; ++c)
-      chunks.search(c, found.pairs, [&] {
+    for (std::size_t task = 0; found.pairs.size() < max_pairs; ++task)
+      search.search(task, found.pairs, [&] {
         progress.check();
         return found.pairs.size() < max_pairs;
       });

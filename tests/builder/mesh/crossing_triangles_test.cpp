@@ -138,6 +138,46 @@ TEST(CrossingTriangles, OfFansAndThinFoldsAreExact) {
   EXPECT_EQ(findCrossingTriangles(fan, 100).pairs, expected);
 }
 
+TEST(CrossingTriangles, OfFansAndSliversAreThoseOfAllPairs) {
+  // Fans of 100 triangles in space and in a plane, a ring of slivers that lie askew, and triangles anywhere.
+  test::Random random(11);
+  std::size_t total = 0;
+  for (int round = 0; round < 6; ++round) {
+    TriangleMesh mesh;
+    const auto add = [&](const Eigen::Vector3d& p) {
+      mesh.positions.push_back(p);
+      return static_cast<std::uint32_t>(mesh.positions.size() - 1);
+    };
+    const Eigen::Vector3d offset = round % 2 ? Eigen::Vector3d(1000, -2000, 500) : Eigen::Vector3d::Zero();
+    const std::uint32_t hub = add(offset + random.inCube(1));
+    for (int i = 0; i < 100; ++i) {
+      const Eigen::Vector3d along = random.inCube(2);
+      mesh.triangles.push_back({add(mesh.positions[hub] + along), hub, add(mesh.positions[hub] + along + random.inCube(0.4))});
+    }
+    const std::uint32_t middle = add(offset), first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (std::uint32_t i = 0; i < 400; ++i) {
+      const double angle = 2 * std::numbers::pi * i / 400;
+      add(offset + Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.1));
+      add(offset + Eigen::Vector3d(2 * std::cos(angle), 2 * std::sin(angle), 0.1 * (round % 3)));
+    }
+    for (std::uint32_t i = 0; i < 400; ++i) {
+      const std::uint32_t a = first + 2 * i, b = first + 2 * ((i + 1) % 400);
+      mesh.triangles.insert(mesh.triangles.end(), {{middle, a, b}, {a, a + 1, b + 1}, {a, b + 1, b}});
+    }
+    for (int i = 0; i < 60; ++i) {
+      const Eigen::Vector3d at = offset + random.inCube(2);
+      mesh.triangles.push_back({add(at), add(at + random.inCube(0.5)), add(at + random.inCube(0.5))});
+    }
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> expected;
+    for (std::uint32_t a = 0; a < mesh.triangles.size(); ++a)
+      for (std::uint32_t b = a + 1; b < mesh.triangles.size(); ++b)
+        if (doCross(mesh.positions, mesh.triangles[a], mesh.triangles[b])) expected.emplace_back(a, b);
+    EXPECT_EQ(findCrossingTriangles(mesh, 1000000).pairs, expected) << round;
+    total += expected.size();
+  }
+  EXPECT_GT(total, 1000u);
+}
+
 TEST(CrossingTriangles, StopAtTheLimit) {
   const TriangleMesh mesh = joined(boxMesh({0, 0, 0}, {2, 2, 2}), boxMesh({1, 1, 1}, {3, 3, 3}));
   const CrossingTriangles all = findCrossingTriangles(mesh, 1000);
