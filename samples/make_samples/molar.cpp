@@ -95,15 +95,15 @@ double crown(const Vector3d& p) {
   return smoothMax(smoothMax(wall, top, 1.1), floor, 2.0);
 }
 
-double molar(const Vector3d& p) {
+}  // namespace
+
+double molarField(const Vector3d& p) {
   static const Root kMesial{{2.15, 0, -0.5}, {4.3, -0.2, -7.5}, {2.1, -0.4, -13.3}, 1.95, 3.5, 0.42, 1, 0.45};
   static const Root kDistal{{-2.1, 0, -0.5}, {-3.6, 0.2, -7.5}, {-4.3, 0.5, -12.6}, 1.9, 3.1, 0.42, -1, 0.3};
   const double roots = smoothMin(rootField(kMesial, p), rootField(kDistal, p), 0.8);
   return smoothMin(crown(p), roots, 1.3);
 }
 
-}  // namespace
-
-TriangleMesh makeMolar() { return polygonise(molar, Vector3d(-7, -7, -15), Vector3d(7, 7, 10), 0.645); }
+TriangleMesh makeMolar() { return polygonise(molarField, Vector3d(-7, -7, -15), Vector3d(7, 7, 10), 0.645); }
 
 }  // namespace spheretree::samples

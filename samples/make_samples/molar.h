@@ -2,6 +2,8 @@
 // A lower first molar as a closed mesh, from our own implicit solid.
 #pragma once
 
+#include <Eigen/Core>
+
 #include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree::samples {
@@ -10,5 +12,8 @@ namespace spheretree::samples {
 /// Closed, manifold, genus 0, about 4,000 triangles, 21 mm long. Frame [mm]: x to the front (mesial), y to the cheek
 /// (buccal), z up to the chewing surface; z = 0 near the cervical line.
 TriangleMesh makeMolar();
+
+/// The implicit solid: negative inside, approximately a distance near its surface [mm].
+double molarField(const Eigen::Vector3d& p);
 
 }  // namespace spheretree::samples

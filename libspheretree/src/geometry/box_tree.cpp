@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "geometry/box_tree.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <limits>
 #include <numeric>
 #include <stdexcept>
@@ -13,7 +16,8 @@ constexpr int kBins = 16;
 constexpr std::size_t kMaxHalvedByCount =
     16;                               // items that are halved by count, since choosing a plane would cost more than searches gain from it
 constexpr double kMinReach = 1e-150;  // half of the largest side of all boxes, below which its square would underflow
-constexpr int kSahDepth = 40;         // below this depth, halves by count: limits the depth to 40 + log2(n) / 2 for any input
+constexpr std::size_t kMinParallel = 4096;  // items below which threads cost more than they gain
+constexpr int kSahDepth = 40;               // below this depth, halves by count: limits the depth to 40 + log2(n) / 2 for any input
 
 double halfArea(const Eigen::AlignedBox3d& box) {
   if (box.isEmpty()) return 0;
@@ -23,7 +27,8 @@ double halfArea(const Eigen::AlignedBox3d& box) {
 
 }  // namespace
 
-// Splits ranges of items until they fit into leaves, and makes the nodes.
+// Splits ranges of items until they fit into leaves, and makes the nodes. Large ranges are split on all threads; the
+// order of the nodes does not depend on it.
 class BoxTree::Builder {
   struct Range {
     std::size_t first = 0, last = 0;
@@ -34,6 +39,7 @@ class BoxTree::Builder {
  public:
   Builder(BoxTree& tree, std::span<const Eigen::AlignedBox3d> boxes, std::size_t leaf_size)
       : tree_(tree), order_(tree.order_), boxes_(boxes), leaf_size_(leaf_size) {
+    centre_.reserve(boxes.size());
     for (const Eigen::AlignedBox3d& box : boxes) centre_.emplace_back(0.5 * (box.min() + box.max()));
   }
 
@@ -43,21 +49,10 @@ class BoxTree::Builder {
     const double reach = 0.5 * all.box.sizes().maxCoeff();
     tree_.to_local_ = reach > kMinReach ? 1 / reach : 0;  // 0: all boxes are at one point
     tree_.from_local2_ = kShrink * reach * reach;
-    tree_.nodes_.emplace_back();
-    tasks_.push_back({all, 0, 0});
-    while (!tasks_.empty()) {
-      const Task task = tasks_.back();
-      tasks_.pop_back();
-      makeNode(task);
-    }
+    tree_.nodes_ = subtree(all, 0);
   }
 
  private:
-  struct Task {
-    Range range;
-    std::size_t node;
-    int depth;
-  };
   struct Cut {  // items whose centre is in bin `bin` or below along `axis` go to the left
     int axis = -1, bin = 0;
     double cost = std::numeric_limits<double>::infinity();
@@ -127,46 +122,61 @@ class BoxTree::Builder {
   }
 
   // Up to four ranges: splits the largest range that is not a leaf until there are four.
-  std::vector<Range> childrenOf(const Task& task) {
-    std::vector<Range> children{task.range};
+  std::vector<Range> childrenOf(const Range& range, int depth) {
+    std::vector<Range> children{range};
     while (children.size() < 4) {
       std::size_t pick = children.size();
       double largest = -1;
       for (std::size_t i = 0; i < children.size(); ++i)
         if (children[i].size() > leaf_size_ && halfArea(children[i].box) > largest) largest = halfArea(children[i].box), pick = i;
       if (pick == children.size()) break;
-      const auto halves = split(children[pick], task.depth);
+      const auto halves = split(children[pick], depth);
       children[pick] = halves[0];
       children.push_back(halves[1]);
     }
     return children;
   }
 
-  void makeNode(const Task& task) {
+  // The nodes of a range, the root first.
+  std::vector<Node> subtree(const Range& range, int depth) {  // NOLINT(misc-no-recursion): kSahDepth limits the depth
     constexpr float kFarAway = std::numeric_limits<float>::infinity();
-    const std::vector<Range> children = childrenOf(task);
-    Node node{};
+    const std::vector<Range> children = childrenOf(range, depth);
+    std::array<std::vector<Node>, 4> below;
+    const auto descend = [&](std::size_t k) {
+      if (children[k].size() > leaf_size_) below[k] = subtree(children[k], depth + 1);
+    };
+    if (range.size() > kMinParallel)
+      tbb::parallel_for(std::size_t{0}, children.size(), descend, tbb::simple_partitioner());
+    else
+      for (std::size_t k = 0; k < children.size(); ++k) descend(k);
+    std::vector<Node> nodes(1);
     for (std::size_t k = 0; k < 4; ++k) {
       const bool used = k < children.size();
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto i = static_cast<Eigen::Index>(axis);
         const auto column = static_cast<Eigen::Index>(k);
         const auto local = [&](const Eigen::Vector3d& p) { return (p[i] - tree_.middle_[i]) * tree_.to_local_; };
-        node.low[axis][column] = used ? static_cast<float>(local(children[k].box.min()) - kPadding) : kFarAway;
-        node.high[axis][column] = used ? static_cast<float>(local(children[k].box.max()) + kPadding) : kFarAway;
+        nodes[0].low[axis][column] = used ? static_cast<float>(local(children[k].box.min()) - kPadding) : kFarAway;
+        nodes[0].high[axis][column] = used ? static_cast<float>(local(children[k].box.max()) + kPadding) : kFarAway;
       }
+      nodes[0].child[k] = nodes[0].count[k] = 0;
       if (!used) continue;
-      if (children[k].size() <= leaf_size_) {
-        node.child[k] = static_cast<std::int32_t>(children[k].first);
-        node.count[k] = static_cast<std::int32_t>(children[k].size());
-      } else {
-        node.child[k] = static_cast<std::int32_t>(tree_.nodes_.size());
-        node.count[k] = -1;
-        tasks_.push_back({children[k], tree_.nodes_.size(), task.depth + 1});
-        tree_.nodes_.emplace_back();
+      if (below[k].empty()) {
+        nodes[0].child[k] = static_cast<std::int32_t>(children[k].first);
+        nodes[0].count[k] = static_cast<std::int32_t>(children[k].size());
+        continue;
       }
+      const auto offset = static_cast<std::int32_t>(nodes.size());
+      nodes[0].child[k] = offset;
+      nodes[0].count[k] = -1;
+      for (Node node : below[k]) {
+        for (std::size_t c = 0; c < 4; ++c)
+          if (node.count[c] < 0) node.child[c] += offset;
+        nodes.push_back(node);
+      }
+      below[k] = {};
     }
-    tree_.nodes_[task.node] = node;
+    return nodes;
   }
 
   BoxTree& tree_;
@@ -174,7 +184,6 @@ class BoxTree::Builder {
   std::span<const Eigen::AlignedBox3d> boxes_;
   std::size_t leaf_size_;
   std::vector<Eigen::Vector3d> centre_;  // of each box
-  std::vector<Task> tasks_;
 };
 
 BoxTree::BoxTree(std::span<const Eigen::AlignedBox3d> boxes, int leaf_size) : order_(boxes.size()) {
@@ -258,23 +267,33 @@ void BoxTree::addTriangles(std::span<const std::array<Eigen::Vector3d, 3>> trian
     std::size_t first, last;
   };
   std::vector<Slots> below(nodes_.size());
+  const auto slotsOf = [&](const Node& node, std::size_t k) -> Slots {
+    const auto child = static_cast<std::size_t>(node.child[k]);
+    if (node.count[k] > 0) return {child, child + static_cast<std::size_t>(node.count[k])};
+    return node.count[k] < 0 ? below[child] : Slots{0, 0};
+  };
+  std::vector<Slots> leaves;
   for (std::size_t i = nodes_.size(); i-- > 0;) {  // children follow their parents
     below[i] = {triangles.size(), 0};
     for (std::size_t k = 0; k < 4; ++k) {
-      const Node& node = nodes_[i];
-      const auto child = static_cast<std::size_t>(node.child[k]);
-      Slots slots{0, 0};
-      if (node.count[k] > 0) slots = {child, child + static_cast<std::size_t>(node.count[k])};
-      if (node.count[k] < 0) slots = below[child];
-      const auto own = triangles.subspan(slots.first, slots.last - slots.first);
-      bounds.putSlab(slabs_[i], k, own);
-      if (node.count[k] != 0) below[i] = {std::min(below[i].first, slots.first), std::max(below[i].last, slots.last)};
-      if (node.count[k] <= 0) continue;
-      if (own.size() > 4) throw std::invalid_argument("box tree: more than four triangles in a leaf");
-      prism_of_[slots.first] = static_cast<std::uint32_t>(prisms_.size());
-      prisms_.push_back(bounds.prismsOf(own));
+      if (nodes_[i].count[k] == 0) continue;
+      const Slots slots = slotsOf(nodes_[i], k);
+      below[i] = {std::min(below[i].first, slots.first), std::max(below[i].last, slots.last)};
+      if (nodes_[i].count[k] < 0) continue;
+      if (slots.last - slots.first > 4) throw std::invalid_argument("box tree: more than four triangles in a leaf");
+      prism_of_[slots.first] = static_cast<std::uint32_t>(leaves.size());
+      leaves.push_back(slots);
     }
   }
+  const auto within = [&](const Slots& slots) { return triangles.subspan(slots.first, slots.last - slots.first); };
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, nodes_.size()), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i)
+      for (std::size_t k = 0; k < 4; ++k) bounds.putSlab(slabs_[i], k, within(slotsOf(nodes_[i], k)));
+  });
+  prisms_.resize(leaves.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size()), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i) prisms_[i] = bounds.prismsOf(within(leaves[i]));
+  });
 }
 
 }  // namespace spheretree::builder

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "geometry/distance_field.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -20,7 +24,9 @@ std::vector<std::uint32_t> firstOfEqualPositions(const std::vector<Vector3d>& po
   std::vector<std::uint32_t> by_position(positions.size());
   std::iota(by_position.begin(), by_position.end(), 0u);
   const auto key = [&](std::uint32_t v) { return std::array<double, 3>{positions[v].x(), positions[v].y(), positions[v].z()}; };
-  std::sort(by_position.begin(), by_position.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  // Equal positions in the order of their indices, so that the result is the same for any number of threads.
+  tbb::parallel_sort(by_position.begin(), by_position.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
   std::vector<std::uint32_t> first(positions.size());
   for (std::size_t i = 0; i < by_position.size(); ++i)
     first[by_position[i]] = i > 0 && key(by_position[i]) == key(by_position[i - 1]) ? first[by_position[i - 1]] : by_position[i];
@@ -94,29 +100,32 @@ void DistanceField::placeFaces(const TriangleMesh& mesh, std::span<const double>
   const std::size_t n = solid_ + sheets.triangles.size();
   const auto corner = [&](std::size_t t, int k) { return t < solid_ ? mesh.corner(t, k) : sheets.corner(t - solid_, k); };
   std::vector<Eigen::AlignedBox3d> boxes(n);
-  for (std::size_t t = 0; t < n; ++t) {
-    for (int k = 0; k < 3; ++k) boxes[t].extend(corner(t, k));
-    box_.extend(boxes[t]);
-  }
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n), [&](const auto& range) {
+    for (std::size_t t = range.begin(); t < range.end(); ++t)
+      for (int k = 0; k < 3; ++k) boxes[t].extend(corner(t, k));
+  });
+  for (const Eigen::AlignedBox3d& box : boxes) box_.extend(box);
   diagonal_ = box_.diagonal().norm();
   tree_ = BoxTree(boxes);
 
+  boxes = {};
   faces_.resize(n);
   slot_.resize(n);
-  for (std::size_t s = 0; s < n; ++s) {
-    const std::uint32_t t = tree_.order()[s];
-    slot_[t] = static_cast<std::uint32_t>(s);
-    Face& f = faces_[s];
-    f.a = corner(t, 0), f.b = corner(t, 1), f.c = corner(t, 2);
-    f.triangle = t;
-    if (has_slack_ && t < solid_) f.slack = slack[t];
-    const Vector3d cross = (f.b - f.a).cross(f.c - f.a);
-    const double length = cross.norm();
-    f.normal = length > 0 ? Vector3d(cross / length) : Vector3d::Zero();
-  }
-  std::vector<std::array<Vector3d, 3>> in_order;
-  in_order.reserve(n);
-  for (const Face& f : faces_) in_order.push_back({f.a, f.b, f.c});
+  std::vector<std::array<Vector3d, 3>> in_order(n);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n), [&](const auto& range) {
+    for (std::size_t s = range.begin(); s < range.end(); ++s) {
+      const std::uint32_t t = tree_.order()[s];
+      slot_[t] = static_cast<std::uint32_t>(s);
+      Face& f = faces_[s];
+      f.a = corner(t, 0), f.b = corner(t, 1), f.c = corner(t, 2);
+      f.triangle = t;
+      if (has_slack_ && t < solid_) f.slack = slack[t];
+      const Vector3d cross = (f.b - f.a).cross(f.c - f.a);
+      const double length = cross.norm();
+      f.normal = length > 0 ? Vector3d(cross / length) : Vector3d::Zero();
+      in_order[s] = {f.a, f.b, f.c};
+    }
+  });
   tree_.addTriangles(in_order);
 }
 
@@ -140,7 +149,7 @@ void DistanceField::findPseudonormals(const TriangleMesh& mesh) {
       edges.push_back({std::min(v1, v2), std::max(v1, v2), static_cast<std::uint32_t>(t), static_cast<std::uint8_t>(k)});
     }
   }
-  std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
+  tbb::parallel_sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
     return std::array<std::uint32_t, 4>{a.low, a.high, a.triangle, a.opposite} <
            std::array<std::uint32_t, 4>{b.low, b.high, b.triangle, b.opposite};
   });

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/canonical_order.h"
 
+#include <tbb/parallel_sort.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -25,13 +27,23 @@ std::uint64_t interleaved(const std::array<std::uint32_t, 3>& cell) {
 
 }  // namespace
 
+std::uint64_t placeOnCurve(const Vector3d& p, const Eigen::AlignedBox3d& box) {
+  const double side = box.isEmpty() ? 0 : box.sizes().maxCoeff();
+  std::array<std::uint32_t, 3> cell{};
+  for (int k = 0; k < 3 && side > 0; ++k) {
+    const double share = std::clamp((p[k] - box.min()[k]) / side, 0.0, 1.0);
+    cell[static_cast<std::size_t>(k)] = std::min(static_cast<std::uint32_t>(share * (1 << kBits)), (1u << kBits) - 1);
+  }
+  return interleaved(cell);
+}
+
 OrderedMesh inCanonicalOrder(const TriangleMesh& mesh) {
   OrderedMesh out;
   std::vector<std::uint32_t> by_place(mesh.positions.size()), place(mesh.positions.size());
   std::iota(by_place.begin(), by_place.end(), 0u);
-  std::stable_sort(by_place.begin(), by_place.end(), [&](std::uint32_t a, std::uint32_t b) {
+  tbb::parallel_sort(by_place.begin(), by_place.end(), [&](std::uint32_t a, std::uint32_t b) {
     const Vector3d &p = mesh.positions[a], &q = mesh.positions[b];
-    return std::tie(p.x(), p.y(), p.z()) < std::tie(q.x(), q.y(), q.z());
+    return std::tie(p.x(), p.y(), p.z(), a) < std::tie(q.x(), q.y(), q.z(), b);
   });
   Eigen::AlignedBox3d box;
   for (std::uint32_t i = 0; i < by_place.size(); ++i) {
@@ -47,19 +59,13 @@ OrderedMesh inCanonicalOrder(const TriangleMesh& mesh) {
   };
   std::vector<Keyed> keyed;
   keyed.reserve(mesh.triangles.size());
-  const double side = box.isEmpty() ? 0 : box.sizes().maxCoeff();
   for (const Triangle& t : mesh.triangles) {
     Triangle v{place[t[0]], place[t[1]], place[t[2]]};
     std::rotate(v.begin(), std::min_element(v.begin(), v.end()), v.end());
-    const Vector3d sum = out.mesh.positions[v[0]] + out.mesh.positions[v[1]] + out.mesh.positions[v[2]];
-    std::array<std::uint32_t, 3> cell{};
-    for (int k = 0; k < 3 && side > 0; ++k) {
-      const double share = std::clamp((sum[k] / 3 - box.min()[k]) / side, 0.0, 1.0);
-      cell[static_cast<std::size_t>(k)] = std::min(static_cast<std::uint32_t>(share * (1 << kBits)), (1u << kBits) - 1);
-    }
-    keyed.push_back({interleaved(cell), v, static_cast<std::uint32_t>(keyed.size())});
+    const Vector3d middle = (out.mesh.positions[v[0]] + out.mesh.positions[v[1]] + out.mesh.positions[v[2]]) / 3;
+    keyed.push_back({placeOnCurve(middle, box), v, static_cast<std::uint32_t>(keyed.size())});
   }
-  std::sort(keyed.begin(), keyed.end(), [](const Keyed& a, const Keyed& b) {
+  tbb::parallel_sort(keyed.begin(), keyed.end(), [](const Keyed& a, const Keyed& b) {
     return std::tie(a.code, a.vertices, a.triangle) < std::tie(b.code, b.vertices, b.triangle);
   });
   for (const Keyed& k : keyed) {

@@ -2,6 +2,7 @@
 // A canonical order of vertices and triangles, since a tree must not depend on the order in the mesh file.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <vector>
 
@@ -19,5 +20,8 @@ struct OrderedMesh {
 /// a power of two does not change the order. Vertices at the same position keep their relative order. Cost: O(n log n).
 /// The curve: G. M. Morton. A computer oriented geodetic data base. IBM, 1966.
 OrderedMesh inCanonicalOrder(const TriangleMesh& mesh);
+
+/// The place of a point of `box` on that curve: points in a row are mostly neighbours.
+std::uint64_t placeOnCurve(const Eigen::Vector3d& p, const Eigen::AlignedBox3d& box);
 
 }  // namespace spheretree::builder

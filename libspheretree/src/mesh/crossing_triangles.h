@@ -21,7 +21,8 @@ struct CrossingTriangles {
 /// that are folded flat onto each other do. Corners are compared by index, so that bodies that merely touch do cross.
 /// Flat triangles (corners repeated or exactly in line) are ignored, and duplicates are not pairs. Indices and
 /// coordinates must be valid.
-/// Cost: O(n log n) plus one test for each pair of triangles whose boxes overlap. @throws Cancelled
+/// Cost: O(n log n) plus one test for each pair of triangles whose boxes overlap; of slivers that lie side by side or
+/// around a point, only neighbours are tested. @throws Cancelled
 CrossingTriangles findCrossingTriangles(const TriangleMesh& mesh, std::size_t max_pairs, const Progress& progress = {});
 
 /// The test of one pair; neither triangle may be flat.

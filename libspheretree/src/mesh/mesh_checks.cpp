@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "spheretree/builder/mesh_checks.h"
 
+#include <tbb/parallel_sort.h>
 #include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -155,7 +157,7 @@ class MeshCheck {
       std::sort(triangle.begin(), triangle.end());
       sorted.emplace_back(triangle, t);
     }
-    std::sort(sorted.begin(), sorted.end());
+    tbb::parallel_sort(sorted.begin(), sorted.end());
     std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // the later triangle, and the first one with these corners
     std::uint32_t first = 0;
     for (std::size_t i = 0; i < sorted.size(); ++i) {

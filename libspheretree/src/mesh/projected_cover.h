@@ -17,7 +17,8 @@ struct ProjectedCover {
 };
 
 /// Each triangle of `field` covers its projection along the normal of `triangle`, where it is at most `allowed` [mm]
-/// away. These projections are subtracted from `triangle` one by one. Cost: O(n * pieces) for n triangles nearby.
+/// away. These projections are subtracted from `triangle`, which is first divided until few of them reach into a part.
+/// Cost: O(n log n) for n triangles nearby.
 ProjectedCover coverByProjection(const std::array<Eigen::Vector3d, 3>& triangle, const DistanceField& field, double allowed);
 
 }  // namespace spheretree::builder

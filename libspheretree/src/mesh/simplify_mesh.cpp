@@ -23,8 +23,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kMaxTurn = 0.5;       // cosine of the largest rotation of a triangle in one collapse
-constexpr double kMinShape = 0.05;     // twice the area divided by the square of the longest side: triangles below it are slivers
+constexpr double kMaxTurn = 0.5;    // cosine of the largest rotation of a triangle in one collapse
+constexpr double kMinShape = 0.05;  // twice the area divided by the square of the longest side: triangles below it are slivers
+constexpr double kKeptShape = 0.9;  // a collapse leaves a sliver at least this share of that ratio
+constexpr std::size_t kMaxNeighbours =
+    64;                                // a vertex with more stays until its neighbours have become fewer: its cost is quadratic in them
 constexpr double kRoundShare = 0.1;    // largest share of the possible collapses, cheapest first, that a round tries
 constexpr double kMinProgress = 0.01;  // share of the triangles that a round must remove; otherwise the reduction ends
 constexpr std::size_t kGrain = 4096;
@@ -58,18 +61,19 @@ double errorAt(const Quadric& q, const Vector3d& p) {
   return std::max(0.0, x.dot(q * x)) / areaOf(q);
 }
 
-class Simplifier {
+}  // namespace
+
+class MeshSimplifier::Collapses {
  public:
-  Simplifier(const TriangleMesh& mesh, double max_error, Progress& progress) : mesh_(mesh), progress_(progress) {
+  Collapses(const TriangleMesh& mesh, Progress& progress) : mesh_(mesh), progress_(progress), left_(mesh.triangles.size()) {
     connect();
     // In a frame of size 1 relative to the middle: far from the origin, the constant terms of the quadrics would exceed
     // their error.
     Eigen::AlignedBox3d box;
     for (const Vector3d& p : mesh.positions) box.extend(p);
-    const double scale = box.diagonal().norm() > 0 ? box.diagonal().norm() : 1;
+    if (box.diagonal().norm() > 0) scale_ = box.diagonal().norm();
     points_.reserve(mesh.positions.size());
-    for (const Vector3d& p : mesh.positions) points_.push_back((p - box.center()) / scale);
-    max_cost_ = max_error / scale * (max_error / scale);
+    for (const Vector3d& p : mesh.positions) points_.push_back((p - box.center()) / scale_);
     quadrics_.assign(points_.size(), Quadric::Zero());
     for (const Triangle& t : mesh.triangles) {
       const Quadric q = planeOf(points_[t[0]], points_[t[1]], points_[t[2]]);
@@ -79,15 +83,17 @@ class Simplifier {
     needs_update_.assign(points_.size(), 1);
   }
 
-  TriangleMesh run(std::size_t wanted) {
-    std::size_t left = mesh_.triangles.size();
-    const double from = static_cast<double>(left);
-    while (left > wanted) {
-      progress_.advance(std::log(from / static_cast<double>(left)) /
+  TriangleMesh run(std::size_t wanted, double max_error) {
+    max_cost_ = max_error / scale_ * (max_error / scale_);
+    for (std::size_t v = 0; v < best_.size(); ++v)
+      if (!(best_[v].cost < kInfinity)) needs_update_[v] = 1;  // it may have been beyond an earlier limit
+    const double from = static_cast<double>(left_);
+    while (left_ > wanted) {
+      progress_.advance(std::log(from / static_cast<double>(left_)) /
                         std::log(from / static_cast<double>(std::max<std::size_t>(wanted, 1))));
-      const std::size_t removed = round(left - wanted);
-      left -= removed;
-      if (static_cast<double>(removed) < kMinProgress * static_cast<double>(left)) break;
+      const std::size_t removed = round(left_ - wanted);
+      left_ -= removed;
+      if (static_cast<double>(removed) < kMinProgress * static_cast<double>(left_)) break;
     }
     return collect();
   }
@@ -127,22 +133,31 @@ class Simplifier {
       if (!(dot > 0) || dot * dot < kMaxTurn * kMaxTurn * n2 * m2) return false;
       const double longest2 = std::max({bc.squaredNorm(), (at(b) - q).squaredNorm(), (at(c) - q).squaredNorm()});
       const double longest2_before = std::max({bc.squaredNorm(), (at(b) - p).squaredNorm(), (at(c) - p).squaredNorm()});
-      if (m2 < kMinShape * kMinShape * longest2 * longest2 && m2 * longest2_before * longest2_before < n2 * longest2 * longest2)
+      if (m2 < kMinShape * kMinShape * longest2 * longest2 &&
+          m2 * longest2_before * longest2_before < kKeptShape * kKeptShape * n2 * longest2 * longest2)
         return false;
     }
     return true;
   }
 
   Collapse cheapest(Vertex v) const {
-    Collapse best;
-    if (connectivity_.status(v).deleted() || connectivity_.is_isolated(v) || connectivity_.is_boundary(v)) return best;
+    if (connectivity_.status(v).deleted() || connectivity_.is_isolated(v) || connectivity_.is_boundary(v)) return Collapse();
+    std::array<Collapse, kMaxNeighbours> possible;
+    std::size_t count = 0, neighbours = 0;
     for (const auto h : connectivity_.voh_range(v)) {
+      if (++neighbours > kMaxNeighbours) return Collapse();
       const auto to = static_cast<std::size_t>(connectivity_.to_vertex_handle(h).idx());
       const double cost = errorAt(quadrics_[static_cast<std::size_t>(v.idx())] + quadrics_[to], points_[to]);
-      if (cost > max_cost_) continue;
-      if ((cost < best.cost || (cost == best.cost && h.idx() < best.halfedge.idx())) && keepsShape(h)) best = {h, cost};
+      if (cost <= max_cost_) possible[count++] = {h, cost};
     }
-    return best;
+    // The shape costs more to test than the error: that of the cheapest first.
+    for (auto first = possible.begin(), last = first + count; first != last; ++first) {
+      std::iter_swap(first, std::min_element(first, last, [](const Collapse& a, const Collapse& b) {
+                       return a.cost < b.cost || (a.cost == b.cost && a.halfedge.idx() < b.halfedge.idx());
+                     }));
+      if (keepsShape(first->halfedge)) return *first;
+    }
+    return Collapse();
   }
 
   /// One round of collapses that do not touch each other; returns the number of removed triangles, at most about
@@ -201,6 +216,8 @@ class Simplifier {
 
   const TriangleMesh& mesh_;
   Progress& progress_;
+  std::size_t left_;             // triangles
+  double scale_ = 1;             // size of the mesh [mm]
   double max_cost_ = kInfinity;  // largest cost of a collapse
   Connectivity connectivity_;
   std::vector<Vector3d> points_;
@@ -211,6 +228,8 @@ class Simplifier {
 
 // --- the bound ---
 
+namespace {
+
 struct Corner {
   Vector3d p;
   double distance;
@@ -219,9 +238,10 @@ struct Corner {
 
 class PieceBound {
  public:
-  /// A bound of a whole triangle that is at most `tight` is not improved.
-  PieceBound(const DistanceField& field, double allowed, double sufficient_bound, double tight)
-      : field_(field), allowed_(allowed), sufficient_bound_(sufficient_bound), tight_(tight) {}
+  /// A bound of a whole triangle that is at most `tight` is not improved, and no bound that is at most `floor`: that is
+  /// the distance of some point.
+  PieceBound(const DistanceField& field, double allowed, double sufficient_bound, double tight, double floor)
+      : field_(field), allowed_(allowed), sufficient_bound_(sufficient_bound), tight_(tight), floor_(floor) {}
 
   /// Upper bound of the distance over a triangle: at most the allowed distance if a few pieces can show it. Infinite if
   /// a point is farther than `sufficient_bound`.
@@ -269,15 +289,29 @@ class PieceBound {
   static double side2(const std::array<Corner, 3>& piece, std::size_t opposite) {
     return (piece[(opposite + 1) % 3].p - piece[(opposite + 2) % 3].p).squaredNorm();
   }
+  /// Ends early with a bound of at most `floor_`, since no better one is of use.
   double boundOf(const std::array<Corner, 3>& piece) const {
     const std::array<std::uint32_t, 3> face{piece[0].nearest, piece[1].nearest, piece[2].nearest};
     if (face[0] == face[1] && face[1] == face[2]) return std::max({piece[0].distance, piece[1].distance, piece[2].distance});
+    std::array<std::array<Vector3d, 3>, 3> corners;      // of each face
+    std::array<std::array<NearestPoint, 3>, 3> nearest;  // on each face, of each corner of the piece
     double smallest = kInfinity;
     for (std::size_t k = 0; k < 3; ++k) {
+      // The distance is 1-Lipschitz, and that to one triangle is convex.
       const std::size_t next = (k + 1) % 3, last = (k + 2) % 3;
-      // The distance is 1-Lipschitz.
       smallest = std::min(smallest, piece[k].distance + std::max((piece[next].p - piece[k].p).norm(), (piece[last].p - piece[k].p).norm()));
-      if (face[k] != face[next]) smallest = std::min(smallest, boundByTwo(piece, field_.corners(face[k]), field_.corners(face[next])));
+      corners[k] = field_.corners(face[k]);
+      double to_one = 0;
+      for (std::size_t j = 0; j < 3; ++j) {
+        nearest[k][j] = nearestOnTriangle(piece[j].p, corners[k][0], corners[k][1], corners[k][2]);
+        to_one = std::max(to_one, nearest[k][j].distance);
+      }
+      smallest = std::min(smallest, to_one);
+      if (smallest <= floor_) return smallest;
+    }
+    for (std::size_t k = 0; k < 3 && smallest > floor_; ++k) {
+      const std::size_t next = (k + 1) % 3;
+      if (face[k] != face[next]) smallest = std::min(smallest, boundByTwo(corners[k], corners[next], nearest[k], nearest[next]));
     }
     return smallest;
   }
@@ -287,16 +321,15 @@ class PieceBound {
   /// corners. One of its corners, a, lies on one face, and b and c on the other. A path on the two faces leads from a
   /// to b, and one from a to c, through any point that the faces share. The distance of the triangle a, b, c from the
   /// faces is at most the distance of its sides ab and ac from a point where those paths bend.
-  static double boundByTwo(const std::array<Corner, 3>& piece, const std::array<Vector3d, 3>& one, const std::array<Vector3d, 3>& two) {
+  static double boundByTwo(const std::array<Vector3d, 3>& one, const std::array<Vector3d, 3>& two,
+                           const std::array<NearestPoint, 3>& on_first, const std::array<NearestPoint, 3>& on_second) {
     std::array<Vector3d, 3> foot;
     std::array<bool, 3> on_one{};
     double largest = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-      const NearestPoint first = nearestOnTriangle(piece[k].p, one[0], one[1], one[2]);
-      const NearestPoint second = nearestOnTriangle(piece[k].p, two[0], two[1], two[2]);
-      on_one[k] = first.distance <= second.distance;
-      foot[k] = on_one[k] ? first.point : second.point;
-      largest = std::max(largest, std::min(first.distance, second.distance));
+      on_one[k] = on_first[k].distance <= on_second[k].distance;
+      foot[k] = on_one[k] ? on_first[k].point : on_second[k].point;
+      largest = std::max(largest, std::min(on_first[k].distance, on_second[k].distance));
     }
     if (on_one[0] == on_one[1] && on_one[1] == on_one[2]) return largest;
     std::size_t alone = 0;
@@ -324,18 +357,22 @@ class PieceBound {
   }
 
   const DistanceField& field_;
-  double allowed_, sufficient_bound_, tight_;
+  double allowed_, sufficient_bound_, tight_, floor_;
   std::vector<std::array<Corner, 3>> stack_;
 };
 
 }  // namespace
 
+MeshSimplifier::MeshSimplifier(const TriangleMesh& mesh, Progress& progress) : collapses_(std::make_unique<Collapses>(mesh, progress)) {}
+MeshSimplifier::~MeshSimplifier() = default;
+TriangleMesh MeshSimplifier::reduce(std::size_t triangles, double max_error) { return collapses_->run(triangles, max_error); }
+
 TriangleMesh simplifyMesh(const TriangleMesh& mesh, std::size_t triangles, Progress& progress, double max_error) {
-  return Simplifier(mesh, max_error, progress).run(triangles);
+  return MeshSimplifier(mesh, progress).reduce(triangles, max_error);
 }
 
 double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progress& progress, double sufficient_bound) {
-  const PieceBound any(field, 0, sufficient_bound, 0);
+  const PieceBound any(field, 0, sufficient_bound, 0, 0);
   std::vector<Corner> corners(mesh.positions.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners.size(), kGrain), [&](const auto& range) {
     progress.check();
@@ -343,25 +380,26 @@ double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progr
   });
   double largest = 0;
   for (const Corner& c : corners) largest = std::max(largest, c.distance);
-  if (largest > sufficient_bound) return kInfinity;
+  // Upper bound of the rounding error of a distance in double precision.
+  const double rounding = 1e-12 * (field.box().min().cwiseAbs().cwiseMax(field.box().max().cwiseAbs()).maxCoeff() + field.diagonal());
+  const double sufficient = sufficient_bound - rounding;
+  if (largest > sufficient) return kInfinity;
   const double loose = std::max(kLooseness * largest, 1e-6 * field.diagonal());
-  const double allowed = sufficient_bound < kInfinity ? sufficient_bound : loose;
-  const double tight = sufficient_bound < kInfinity ? std::min(allowed, std::max(kTightShare * allowed, loose)) : allowed;
+  const double allowed = sufficient < kInfinity ? sufficient : loose;
+  const double tight = sufficient < kInfinity ? std::min(allowed, std::max(kTightShare * allowed, loose)) : allowed;
   std::atomic<bool> is_beyond = false;
   std::vector<double> bounds((mesh.triangles.size() + kGrain - 1) / kGrain);
   tbb::parallel_for(std::size_t{0}, bounds.size(), [&](std::size_t chunk) {
     progress.check();
-    PieceBound piece_bound(field, allowed, sufficient_bound, tight);
+    PieceBound piece_bound(field, allowed, sufficient, tight, largest);
     if (is_beyond) return;
     for (std::size_t t = chunk * kGrain; t < std::min(mesh.triangles.size(), (chunk + 1) * kGrain); ++t) {
       const Triangle& triangle = mesh.triangles[t];
       bounds[chunk] = std::max(bounds[chunk], piece_bound.run({corners[triangle[0]], corners[triangle[1]], corners[triangle[2]]}));
     }
-    if (bounds[chunk] > sufficient_bound) is_beyond = true;
+    if (bounds[chunk] > sufficient) is_beyond = true;
   });
   if (is_beyond) return kInfinity;
-  // Upper bound of the rounding error of a distance in double precision.
-  const double rounding = 1e-12 * (field.box().min().cwiseAbs().cwiseMax(field.box().max().cwiseAbs()).maxCoeff() + field.diagonal());
   return *std::max_element(bounds.begin(), bounds.end()) + rounding;
 }
 

@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <limits>
+#include <memory>
 
 #include "geometry/distance_field.h"
 #include "spheretree/builder/progress.h"
@@ -16,14 +17,29 @@
 
 namespace spheretree::builder {
 
-/// A mesh near `mesh` with about `triangles` triangles. It has more if every further collapse would turn over a
-/// triangle, make a sliver or change the topology. Its vertices are vertices of `mesh`, in their order; parts are
-/// dropped. It is closed, oriented and manifold if `mesh` is; it may intersect itself in walls thinner than its
-/// triangles.
-/// `max_error` [mm]: a collapse must not move a vertex to a place where the root mean square distance to its planes is
-/// larger; this, too, can end the reduction early.
-/// Deterministic for any number of threads. Cost: O(n log n), about 3 s of processor time for a million triangles.
-/// @throws Cancelled, std::invalid_argument for a mesh that is not manifold.
+/// Reduces the triangles of a mesh step by step, so that several sizes of it cost little more than the smallest.
+class MeshSimplifier {
+ public:
+  /// @throws std::invalid_argument for a mesh that is not manifold. `mesh` and `progress` have to outlive this object.
+  MeshSimplifier(const TriangleMesh& mesh, Progress& progress);
+  ~MeshSimplifier();
+
+  /// Continues until about `triangles` triangles are left. There are more if every further collapse would turn over a
+  /// triangle, make a sliver or change the topology. The vertices of the result are vertices of the mesh, in their
+  /// order; parts are dropped. It is closed, oriented and manifold if the mesh is; it may intersect itself in walls
+  /// thinner than its triangles.
+  /// `max_error` [mm]: a collapse must not move a vertex to a place where the root mean square distance to its planes
+  /// is larger; this, too, can end the reduction early. It must not be less than in an earlier call.
+  /// Deterministic for any number of threads. Cost: O(n log n), about 3 s of processor time for a million triangles.
+  /// @throws Cancelled.
+  TriangleMesh reduce(std::size_t triangles, double max_error = std::numeric_limits<double>::infinity());
+
+ private:
+  class Collapses;
+  std::unique_ptr<Collapses> collapses_;
+};
+
+/// One step of MeshSimplifier.
 TriangleMesh simplifyMesh(const TriangleMesh& mesh, std::size_t triangles, Progress& progress,
                           double max_error = std::numeric_limits<double>::infinity());
 

@@ -29,9 +29,10 @@ constexpr std::size_t kMaxTriangles = 30000;
 // so irregular that the felt normals of a smooth body are off by degrees; a tenth removes coplanar triangles and little
 // else.
 constexpr double kDistanceShare = 0.1;
-// Shares of that distance that the quadric error of a collapse may reach, tried in this order until the distance is
-// proven. The quadric error is a root mean square over planes: if it is at most 0.6 d, few points are farther than d.
-constexpr std::array<double, 2> kErrorShares{0.6, 0.3};
+// Shares of that distance that the quadric error of a collapse may reach: the coarse mesh is taken if its distance is
+// proven, else the fine one. The quadric error is a root mean square over planes: if it is at most 0.6 d, few points
+// are farther than d.
+constexpr double kCoarseShare = 0.6, kFineShare = 0.3;
 constexpr double kWorthIt = 0.8;  // of the triangles: if simplification leaves more than this share, the original triangles are kept
 constexpr std::size_t kMaxNames = 65536;  // number of vertices or edges that 16 bits can identify
 constexpr double kMaxOffset = 127;        // of a packed offset
@@ -78,14 +79,19 @@ class SkinBuilder {
   BaseSurface chooseSurface() const {
     if (solid_.triangles.size() <= kManyTriangles) return given();
     const double allowed = kDistanceShare * settings_.tolerance;
-    for (const double share : kErrorShares) {
-      TriangleMesh simplified = simplifyMesh(solid_, kManyTriangles / 2, progress_, share * allowed);
-      const bool is_worth_it = static_cast<double>(simplified.triangles.size()) <= kWorthIt * static_cast<double>(solid_.triangles.size());
-      if (!is_worth_it || simplified.triangles.size() > kMaxTriangles) break;
-      if (const double distance = provenDistance(simplified, allowed); distance <= allowed)
-        return withSheets(std::move(simplified), distance);
+    MeshSimplifier simplifier(solid_, progress_);
+    TriangleMesh fine = simplifier.reduce(kManyTriangles / 2, kFineShare * allowed);
+    const bool is_still_large = fine.triangles.size() > kMaxTriangles;
+    if (is_still_large) fine = simplifier.reduce(kMaxTriangles, kCoarseShare * allowed);
+    TriangleMesh coarse = simplifier.reduce(kManyTriangles / 2, kCoarseShare * allowed);
+    for (TriangleMesh* mesh : {&coarse, &fine}) {
+      const bool is_worth_it = static_cast<double>(mesh->triangles.size()) <= kWorthIt * static_cast<double>(solid_.triangles.size());
+      if (!is_worth_it || mesh->triangles.size() > kMaxTriangles) continue;
+      if (const double distance = provenDistance(*mesh, allowed); distance <= allowed) return withSheets(std::move(*mesh), distance);
     }
-    return given();
+    if (solid_.triangles.size() <= kMaxSearchItems) return given();
+    if (fine.triangles.size() > kMaxTriangles) fine = simplifier.reduce(kMaxTriangles);
+    return is_still_large ? measured(std::move(fine)) : fewer(kMaxTriangles);
   }
 
   BaseSurface withSheets(TriangleMesh simplified, double distance) const {
@@ -95,8 +101,9 @@ class SkinBuilder {
   }
 
   // Reduces to a number of triangles, however far that moves the surface from the mesh.
-  BaseSurface fewer(std::size_t triangles) const {
-    TriangleMesh simplified = simplifyMesh(solid_, triangles, progress_);
+  BaseSurface fewer(std::size_t triangles) const { return measured(simplifyMesh(solid_, triangles, progress_)); }
+
+  BaseSurface measured(TriangleMesh simplified) const {
     const double there = distanceBound(solid_, DistanceField(simplified, {}, sheets_), progress_);
     double back = std::numeric_limits<double>::infinity();
     for (double target = 2 * there; !(back < std::numeric_limits<double>::infinity()); target *= 2)

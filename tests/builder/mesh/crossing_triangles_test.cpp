@@ -2,10 +2,13 @@
 #include "mesh/crossing_triangles.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
+#include <numbers>
 
 #include "spheretree/core/mesh_edit.h"
 #include "support/random.h"
@@ -89,6 +92,90 @@ TEST(CrossingTriangles, LeaveOutFlatOnesAndDuplicates) {
   mesh.positions[5].x() = std::nextafter(1.0, 2.0);  // a sliver, and no longer in line
   EXPECT_FALSE(isFlat(mesh, 2));
   EXPECT_EQ(findCrossingTriangles(mesh, 100).pairs.size(), 2u);
+}
+
+TEST(CrossingTriangles, AreFoundAlongALargeMesh) {
+  // Pairs that cross along a line, and one long triangle that pierces the first of each pair.
+  constexpr std::uint32_t kPairs = 20000;
+  TriangleMesh mesh;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> expected;
+  mesh.positions = {{-10, 0, 0.05}, {kPairs + 10.0, 0, 0.05}, {kPairs + 10.0, 0.01, 0.05}};
+  mesh.triangles = {{0, 1, 2}};
+  const auto add = [&](std::initializer_list<Eigen::Vector3d> corners) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.insert(mesh.positions.end(), corners);
+    mesh.triangles.push_back({first, first + 1, first + 2});
+  };
+  for (std::uint32_t i = 0; i < kPairs; ++i) {
+    const double x = (i * 7919u) % kPairs;
+    add({{x, -0.2, -0.2}, {x, 0.2, -0.2}, {x, 0, 0.3}});
+    add({{x - 0.2, -0.1, -0.1}, {x + 0.2, -0.1, -0.1}, {x, 0.3, -0.1}});
+    expected.push_back({0, 1 + 2 * i});
+    expected.push_back({1 + 2 * i, 2 + 2 * i});
+  }
+  std::sort(expected.begin(), expected.end());
+  EXPECT_EQ(findCrossingTriangles(mesh, 2 * kPairs).pairs, expected);
+  const CrossingTriangles few = findCrossingTriangles(mesh, kPairs);
+  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+  EXPECT_EQ(few.pairs.size(), kPairs);
+  EXPECT_EQ(findCrossingTriangles(mesh, kPairs).pairs, few.pairs) << "the same for any number of threads";
+}
+
+TEST(CrossingTriangles, OfFansAndThinFoldsAreExact) {
+  // Around a fan of slivers no triangles cross; a triangle that touches only the far end of one sliver does.
+  constexpr std::uint32_t kSlivers = 2000;
+  TriangleMesh fan;
+  fan.positions.emplace_back(0, 0, 0);
+  for (std::uint32_t i = 0; i < kSlivers; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kSlivers;
+    fan.positions.emplace_back(std::cos(angle), std::sin(angle), 0);
+    fan.triangles.push_back({0, 1 + i, 1 + (i + 1) % kSlivers});
+  }
+  EXPECT_TRUE(findCrossingTriangles(fan, 100).pairs.empty());
+  fan.positions.insert(fan.positions.end(), {{1, 0, 0}, {2, 0, 1}, {2, 0, -1}});  // its corner is that of the slivers 0 and 1999
+  fan.triangles.push_back({kSlivers + 1, kSlivers + 2, kSlivers + 3});
+  const std::vector<std::pair<std::uint32_t, std::uint32_t>> expected{{0, kSlivers}, {kSlivers - 1, kSlivers}};
+  EXPECT_EQ(findCrossingTriangles(fan, 100).pairs, expected);
+}
+
+TEST(CrossingTriangles, OfFansAndSliversAreThoseOfAllPairs) {
+  // Fans of 100 triangles in space and in a plane, a ring of slivers that lie askew, and triangles anywhere.
+  test::Random random(11);
+  std::size_t total = 0;
+  for (int round = 0; round < 6; ++round) {
+    TriangleMesh mesh;
+    const auto add = [&](const Eigen::Vector3d& p) {
+      mesh.positions.push_back(p);
+      return static_cast<std::uint32_t>(mesh.positions.size() - 1);
+    };
+    const Eigen::Vector3d offset = round % 2 ? Eigen::Vector3d(1000, -2000, 500) : Eigen::Vector3d::Zero();
+    const std::uint32_t hub = add(offset + random.inCube(1));
+    for (int i = 0; i < 100; ++i) {
+      const Eigen::Vector3d along = random.inCube(2);
+      mesh.triangles.push_back({add(mesh.positions[hub] + along), hub, add(mesh.positions[hub] + along + random.inCube(0.4))});
+    }
+    const std::uint32_t middle = add(offset), first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (std::uint32_t i = 0; i < 400; ++i) {
+      const double angle = 2 * std::numbers::pi * i / 400;
+      add(offset + Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.1));
+      add(offset + Eigen::Vector3d(2 * std::cos(angle), 2 * std::sin(angle), 0.1 * (round % 3)));
+    }
+    for (std::uint32_t i = 0; i < 400; ++i) {
+      const std::uint32_t a = first + 2 * i, b = first + 2 * ((i + 1) % 400);
+      mesh.triangles.insert(mesh.triangles.end(), {{middle, a, b}, {a, a + 1, b + 1}, {a, b + 1, b}});
+    }
+    for (int i = 0; i < 60; ++i) {
+      const Eigen::Vector3d at = offset + random.inCube(2);
+      mesh.triangles.push_back({add(at), add(at + random.inCube(0.5)), add(at + random.inCube(0.5))});
+    }
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> expected;
+    for (std::uint32_t a = 0; a < mesh.triangles.size(); ++a)
+      for (std::uint32_t b = a + 1; b < mesh.triangles.size(); ++b)
+        if (doCross(mesh.positions, mesh.triangles[a], mesh.triangles[b])) expected.emplace_back(a, b);
+    EXPECT_EQ(findCrossingTriangles(mesh, 1000000).pairs, expected) << round;
+    total += expected.size();
+  }
+  EXPECT_GT(total, 1000u);
 }
 
 TEST(CrossingTriangles, StopAtTheLimit) {

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+#include <utility>
 
 #include "support/random.h"
 #include "support/shapes.h"
@@ -44,6 +47,47 @@ TEST(CoverByProjection, CoversATriangleAboveAGridExactly) {
   EXPECT_TRUE(near.not_covered.empty());
   EXPECT_NEAR(near.distance, 0.25, 1e-6);
   EXPECT_NEAR(areaLeft(coverByProjection(triangle, grid, 0.2)), areaOf(triangle), 1e-9) << "too far";
+}
+
+TEST(CoverByProjection, CoversATriangleAboveManyTrianglesInAnyOrder) {
+  TriangleMesh grid = gridMesh(90, [](double x, double y) { return 0.05 * std::sin(x) * std::sin(y); });
+  test::Random random(3);
+  for (std::size_t t = grid.triangles.size(); t > 1; --t) std::swap(grid.triangles[t - 1], grid.triangles[random.below(t)]);
+  const ProjectedCover cover =
+      coverByProjection({Vector3d(1.3, 1.1, 0), Vector3d(88.7, 3.2, 0), Vector3d(26.1, 87.9, 0)}, DistanceField(grid), 0.1);
+  EXPECT_TRUE(cover.not_covered.empty());
+  EXPECT_GT(cover.distance, 0.049);
+  EXPECT_LT(cover.distance, 0.0501);
+}
+
+TEST(CoverByProjection, CoversATriangleAboveAFanOfSlivers) {
+  constexpr std::uint32_t kSlivers = 6000;  // each 1000 times as long as wide
+  TriangleMesh fan;
+  fan.positions.emplace_back(0, 0, 0);
+  for (std::uint32_t i = 0; i < kSlivers; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kSlivers;
+    fan.positions.emplace_back(std::cos(angle), std::sin(angle), 0);
+    fan.triangles.push_back({0, 1 + i, 1 + (i + 1) % kSlivers});
+  }
+  const DistanceField field(fan);
+  for (const Corners& triangle : {Corners{Vector3d(0.2, -0.4, 0.001), Vector3d(0.9, 0, 0.001), Vector3d(0.2, 0.5, 0.001)},
+                                  Corners{Vector3d(-0.6, -0.4, 0.001), Vector3d(0.7, -0.3, 0.001), Vector3d(0.1, 0.8, 0.001)}}) {
+    const ProjectedCover cover = coverByProjection(triangle, field, 0.002);
+    EXPECT_TRUE(cover.not_covered.empty()) << cover.not_covered.size() << " pieces of " << areaLeft(cover) << " mm^2";
+    EXPECT_NEAR(cover.distance, 0.001, 1e-6);
+  }
+}
+
+TEST(CoverByProjection, TakesTheNearerOfTwoSheets) {
+  TriangleMesh sheets = gridMesh(10, [](double, double) { return 0.2; });
+  const TriangleMesh near = gridMesh(10, [](double, double) { return -0.1; });
+  const auto first = static_cast<std::uint32_t>(sheets.positions.size());
+  sheets.positions.insert(sheets.positions.end(), near.positions.begin(), near.positions.end());
+  for (const auto& [a, b, c] : near.triangles) sheets.triangles.push_back({first + a, first + b, first + c});
+  const ProjectedCover cover =
+      coverByProjection({Vector3d(1.3, 1.1, 0), Vector3d(8.7, 3.2, 0), Vector3d(2.1, 7.9, 0)}, DistanceField(sheets), 0.3);
+  EXPECT_TRUE(cover.not_covered.empty());
+  EXPECT_NEAR(cover.distance, 0.1, 1e-6);
 }
 
 TEST(CoverByProjection, LeavesTrianglesBeyondTheSurface) {

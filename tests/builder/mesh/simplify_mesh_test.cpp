@@ -5,6 +5,8 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/builder/mesh_checks.h"
@@ -57,6 +59,48 @@ TEST(SimplifyMesh, FlatFacesCostNothing) {
   EXPECT_LE(coarse.triangles.size(), 100u);
   EXPECT_LT(boundTo(grid, coarse), 2e-5) << "a box of 3072 triangles is a box of 100";
   EXPECT_NEAR(checkMesh(coarse).volume, 5 * 7 * 9, 1e-9);
+}
+
+TEST(SimplifyMesh, SliversOfACylinderBecomeWideFacets) {
+  constexpr std::uint32_t kSectors = 4000;  // facets of 1.6 um by 3 mm, and two fans
+  TriangleMesh cylinder;
+  cylinder.positions = {{0, 0, 0}, {0, 0, 3}};
+  for (std::uint32_t i = 0; i < kSectors; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kSectors;
+    for (const double z : {0.0, 3.0}) cylinder.positions.emplace_back(std::cos(angle), std::sin(angle), z);
+    const std::uint32_t a = 2 + 2 * i, b = 2 + 2 * ((i + 1) % kSectors);
+    cylinder.triangles.insert(cylinder.triangles.end(), {{a, b, b + 1}, {a, b + 1, a + 1}, {0, b, a}, {1, a + 1, b + 1}});
+  }
+  Progress progress;
+  const TriangleMesh coarse = simplifyMesh(cylinder, 400, progress, 0.01);
+  EXPECT_LT(coarse.triangles.size(), 1000u);
+  EXPECT_LT(boundTo(cylinder, coarse), 0.02);
+  EXPECT_LT(distanceBound(coarse, DistanceField(cylinder), progress, 0.02), 0.02);
+}
+
+TEST(SimplifyMesh, StepsGoOnFromEachOther) {
+  const TriangleMesh mesh = test::torusMesh(10, 3, 80, 50);
+  Progress progress;
+  MeshSimplifier simplifier(mesh, progress);
+  const TriangleMesh fine = simplifier.reduce(100, 0.02), coarse = simplifier.reduce(100, 0.05), coarsest = simplifier.reduce(400);
+  EXPECT_GT(fine.triangles.size(), coarse.triangles.size());
+  EXPECT_GT(coarse.triangles.size(), coarsest.triangles.size());
+  EXPECT_NEAR(static_cast<double>(coarsest.triangles.size()), 400, 2);
+  EXPECT_LT(boundTo(mesh, fine), boundTo(mesh, coarse));
+  EXPECT_LT(boundTo(mesh, coarsest), 1.2 * boundTo(mesh, simplified(mesh, 400))) << "as good as in one step";
+  EXPECT_TRUE(checkMesh(coarsest).clean());
+}
+
+TEST(SimplifyMesh, ASufficientBoundIsKeptOrRefused) {
+  // Sheets beside each other at a height that is the sufficient bound, but for rounding that the position makes large.
+  Progress progress;
+  for (const double share : {0.9, 1 - 1e-9, 1 - 1e-11, 1.0, 1.1}) {
+    TriangleMesh low = test::boxMesh({1e4, 1e4, 1e4}, {1e4 + 5, 1e4 + 5, 1e4 + 5}), high = low;
+    for (Vector3d& p : high.positions) p.x() += 0.01 * share;
+    const double bound = distanceBound(high, DistanceField(low), progress, 0.01);
+    EXPECT_TRUE(bound <= 0.01 || bound == kInfinity) << share << ": " << bound - 0.01;
+    EXPECT_EQ(bound <= 0.01, share < 1 - 1e-7) << share;
+  }
 }
 
 TEST(SimplifyMesh, TheBoundHoldsAndIsTight) {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // spheretree build: mesh to sphere-tree.
+#include <tbb/global_control.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -12,6 +14,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/useful_threads.h"
 #include "commands/command.h"
 #include "commands/common_options.h"
 #include "input/tree_input.h"
@@ -227,6 +230,9 @@ int buildOne(BuildOptions options, bool quiet, builder::Progress& progress) {
   if (options.settings.builder == BuilderKind::Combined && options.combine.empty()) options.combine = {"expand", "merge", "burst"};
   for (const std::string& member : options.combine) options.settings.combine.push_back(pipeline::byName(pipeline::kMembers, member));
 
+  // Also of what precedes the build; results do not depend on it.
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<std::size_t>(builder::usefulThreads(options.settings.threads)));
   Stages own;
   auto begun = std::chrono::steady_clock::now();
   const auto finish = [&](const char* stage) {
