@@ -95,8 +95,8 @@ struct Cluster {
   std::size_t first = 0, last = 0;  // places in the order of the search
   std::uint32_t hub = kNoHub;       // of all its triangles
   Eigen::AlignedBox3d box;
-  Eigen::Matrix3d axes;  // rows
-  Vector3d low, high;    // along them
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();            // rows
+  Vector3d low = Vector3d::Zero(), high = Vector3d::Zero();  // along them
 
   bool excludes(const std::array<Vector3d, 3>& corners) const {
     const Vector3d a = axes * corners[0], b = axes * corners[1], c = axes * corners[2];
