@@ -94,7 +94,7 @@ std::vector<std::uint32_t> hubsOf(const TriangleMesh& mesh) {
 struct Cluster {
   std::size_t first = 0, last = 0;  // places in the order of the search
   std::uint32_t hub = kNoHub;       // of all its triangles
-  Eigen::AlignedBox3d box;
+  Eigen::AlignedBox3d box{};
   Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();            // rows
   Vector3d low = Vector3d::Zero(), high = Vector3d::Zero();  // along them
 
@@ -142,7 +142,7 @@ class CrossingSearch {
     for (std::size_t i = 0; i < order_.size(); ++i) {
       const std::uint32_t own = hub[order_[i]];
       if (i == 0 || own != hub[order_[begun]]) begun = i;
-      if ((i - begun) % kClusterSize == 0) clusters_.push_back({i, i, own, {}, {}, {}, {}});
+      if ((i - begun) % kClusterSize == 0) clusters_.push_back({i, i, own});
       clusters_.back().last = i + 1;
       if (own == kNoHub) continue;
       if (i == begun) fans_.push_back({i, i});
