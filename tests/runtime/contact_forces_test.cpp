@@ -16,6 +16,8 @@ namespace {
 
 using test::Random;
 
+constexpr std::uint32_t kWork = 2'000'000;
+
 Vector6 randomVector(Random& random, double half) {
   Vector6 v;
   for (int k = 0; k < 6; ++k) v[k] = random.between(-half, half);
@@ -232,7 +234,7 @@ TEST(ContactForces, ConvexProblemsAreSolvedToTheProof) {
   Random random(1);
   for (int run = 0; run < 10000; ++run) {
     ContactProblem qp = convexProblem(random, run);
-    solveForces(qp, nullptr);
+    solveForces(qp, nullptr, kWork);
     ASSERT_TRUE(qp.converged) << run;
     ASSERT_LT(distanceFromRight(qp), 2e-4) << run;  // the root of what rows lack, 1e-8 at most
   }
@@ -242,7 +244,7 @@ TEST(ContactForces, AgreesWithASlowSolver) {
   Random random(3);
   for (int run = 0; run < 10000; ++run) {
     ContactProblem qp = convexProblem(random, run);
-    solveForces(qp, nullptr);
+    solveForces(qp, nullptr, kWork);
     ASSERT_LT((qp.y - SlowSolver(qp).answer(100000)).norm(), 1e-6) << run;
   }
 }
@@ -251,9 +253,9 @@ TEST(ContactForces, AcceptsTheSolutionAsAGuess) {
   Random random(2);
   for (int run = 0; run < 1000; ++run) {
     ContactProblem qp = convexProblem(random, run);
-    solveForces(qp, nullptr);
+    solveForces(qp, nullptr, kWork);
     const Vector6 y = qp.y;
-    solveForces(qp, nullptr);
+    solveForces(qp, nullptr, kWork);
     ASSERT_LE(qp.iterations, 3) << run;
     ASSERT_LT((qp.y - y).norm(), 1e-7);
     // The answer does not depend on the order of rows and discs.
@@ -266,7 +268,7 @@ TEST(ContactForces, AcceptsTheSolutionAsAGuess) {
       disc.force = {};
       disc.row = other.row_count - 1 - disc.row;
     }
-    solveForces(other, nullptr);
+    solveForces(other, nullptr, kWork);
     ASSERT_LT((other.y - y).norm(), 1e-7) << run;
   }
 }
@@ -282,7 +284,7 @@ TEST(ContactForces, StickingIsExact) {
     qp.discs[0].across[0] << 1, 0, 0, 0, 0, 0;
     qp.discs[0].across[1] << 0, 1, 0, 0, 0, 0;
     qp.discs[0].radius = 0.2;
-    solveForces(qp, nullptr);
+    solveForces(qp, nullptr, kWork);
     EXPECT_NEAR(qp.y[0], std::max(0.0, pull - 0.2), 1e-8) << pull;
     EXPECT_NEAR(qp.rows[0].multiplier, 1, 1e-8);
     EXPECT_NEAR(qp.discs[0].force[0], -std::min(pull, 0.2), 1e-8);
@@ -303,7 +305,7 @@ TEST_P(ContactForcesLaw, IsObeyedOnTissue) {
   constexpr int kRuns = 3000;
   for (int run = 0; run < kRuns; ++run) {
     const auto p = randomProblem(random, 1 + run % GetParam().contacts, 12, true);
-    solveForces(p->qp, &p->compliance);
+    solveForces(p->qp, &p->compliance, kWork);
     for (int d = 0; d < p->qp.disc_count; ++d) {
       const FrictionDisc& disc = p->qp.discs[static_cast<std::size_t>(d)];
       ASSERT_LE(std::hypot(disc.force[0], disc.force[1]),
@@ -324,13 +326,32 @@ TEST(ContactForces, TheAnswerAsAGuessIsFoundAtOnce) {
   Random random(3);
   for (int run = 0; run < 500; ++run) {
     const auto p = randomProblem(random, 1 + run % 8, 12, true);
-    solveForces(p->qp, &p->compliance);
+    solveForces(p->qp, &p->compliance, kWork);
     if (!p->qp.converged) continue;
     const Vector6 y = p->qp.y;
-    solveForces(p->qp, &p->compliance);
+    solveForces(p->qp, &p->compliance, kWork);
     ASSERT_LE(p->qp.iterations, 2) << run;
     ASSERT_LT((p->qp.y - y).norm(), 1e-5);
   }
+}
+
+// The last thing that is begun is at most a Newton step for all forces.
+TEST(ContactForces, WorkIsBounded) {
+  Random random(6);
+  std::uint32_t largest = 0;
+  for (int run = 0; run < 300; ++run) {
+    const auto p = randomProblem(random, 1 + run % kMaxContactRows, 12, true);
+    constexpr std::uint32_t kLittle = 1000, kStep = 25'000;
+    const std::uint32_t work = solveForces(p->qp, &p->compliance, kLittle);
+    ASSERT_LE(work, kLittle + kStep);
+    largest = std::max(largest, work);
+    for (int d = 0; d < p->qp.disc_count; ++d) {
+      const FrictionDisc& disc = p->qp.discs[static_cast<std::size_t>(d)];
+      ASSERT_LE(std::hypot(disc.force[0], disc.force[1]),
+                disc.friction * p->qp.rows[static_cast<std::size_t>(disc.row)].multiplier * (1 + 1e-9) + 1e-12);
+    }
+  }
+  EXPECT_GT(largest, 1000u) << "some of them would take more";
 }
 
 TEST(ContactForces, AGroupAndTheToolAreSpringsInSeries) {
@@ -342,7 +363,7 @@ TEST(ContactForces, AGroupAndTheToolAreSpringsInSeries) {
   qp.rows[2] = qp.rows[1] = qp.rows[0];
   qp.row_count = 3;
   qp.group_count = 1;
-  solveForces(qp, nullptr);
+  solveForces(qp, nullptr, kWork);
   EXPECT_NEAR(qp.y[2], -0.75, 1e-8);
   EXPECT_NEAR(qp.rows[0].multiplier + qp.rows[1].multiplier + qp.rows[2].multiplier, 0.25, 1e-8);
 }
@@ -353,7 +374,7 @@ TEST(ContactForces, WithoutDiscsRowsAndTissueAreSpringsInSeries) {
   p.qp.row_count = 1;
   p.qp.rows[0].a << 0, 0, 1, 0, 0, 0;
   p.compliance[0][0] = 3;
-  solveForces(p.qp, &p.compliance);
+  solveForces(p.qp, &p.compliance, kWork);
   EXPECT_TRUE(p.qp.converged);
   EXPECT_NEAR(p.qp.rows[0].multiplier, 0.25, 1e-8);
   EXPECT_NEAR(p.qp.y[2], -0.75, 1e-8);

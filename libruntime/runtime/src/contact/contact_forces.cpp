@@ -83,6 +83,7 @@ bool newtonStep(ContactSystem& s) {
   std::size_t at = 0;
   for (std::size_t k = 0; k < s.part_count; ++k)
     if (exerts[k]) addEquations(s, s.parts[k], at), at += s.parts[k].size;
+  s.products += 2.0 * static_cast<double>(s.unknown_count * s.unknown_count);
   if (!s.solveEquations()) return false;
   for (std::size_t k = 0; k < s.unknown_count; ++k) s.p[s.unknown[k]] += s.right[k];
   for (std::size_t i = 0; i < s.rows; ++i) s.p[i] = std::max(0.0, s.p[i]);
@@ -101,15 +102,15 @@ bool search(ContactSystem& s) {
     if (left < least) least = left, std::copy_n(s.p.begin(), s.count, best.begin());
     return left;
   };
-  for (int start = 0, count = kSweeps; start < kStarts; ++start) {
+  for (int start = 0, count = kSweeps; start < kStarts && (start == 0 || !s.isSpent()); ++start) {
     s.allow();
     if (start > 0) {
       s.findMotions();
-      for (int n = 0; n < count; ++n) sweep(s);
+      for (int n = 0; n < count && !s.isSpent(); ++n) sweep(s);
       count *= 2;
     }
     double left = missed();
-    for (int n = 0; n < kNewtonSteps && !(left <= kSolved * tolerance); ++n) {
+    for (int n = 0; n < kNewtonSteps && !(left <= kSolved * tolerance) && !s.isSpent(); ++n) {
       const double before = left;
       if (!newtonStep(s)) break;
       left = missed();
@@ -124,8 +125,9 @@ bool search(ContactSystem& s) {
 // Where Coulomb's law is not found: two convex problems. The first holds the radii of the discs. The other's forces
 // obey the law but for a contact that may lift off, by its friction times what its slip differs from that of the first
 // (De Saxce and Feng). So friction is never overestimated.
-void settle(ContactSystem& s) {
+void settle(ContactSystem& s, double most) {
   s.allow();
+  s.most = s.rubs ? 0.5 * (s.products + most) : most;
   if (s.rubs) s.obey(Law::Discs);
   (void)approachMinimum(s);
   if (!s.rubs) return;
@@ -135,6 +137,7 @@ void settle(ContactSystem& s) {
     if (const ContactPart& part = s.parts[k]; part.size == 3)
       s.q[part.at[0]] += lift[part.at[0]] = part.friction * std::hypot(s.w[part.at[1]], s.w[part.at[2]]);
   s.obey(Law::Cones);
+  s.most = most;
   (void)approachMinimum(s);
   s.obey(Law::Coulomb);
   for (std::size_t i = 0; i < s.rows; ++i) s.q[i] -= lift[i];
@@ -161,11 +164,13 @@ void keep(const ContactSystem& s, ContactProblem& problem) {
 
 }  // namespace
 
-std::uint32_t solveForces(ContactProblem& problem, const SurfaceCompliance* compliance) noexcept {
+std::uint32_t solveForces(ContactProblem& problem, const SurfaceCompliance* compliance, std::uint32_t max_work) noexcept {
   ContactSystem system(problem, compliance);
+  const double most = kProductsPerWork * max_work;
+  system.most = 0.5 * most;
   problem.converged = search(system);
   if (!problem.converged) {
-    settle(system);
+    settle(system, most);
     problem.converged = system.residual() <= problem.tolerance;
   }
   system.allow();

@@ -15,8 +15,9 @@
 namespace spheretree::runtime {
 
 /// `compliance`: null without tissue. The rows must have a common solution. Any guess is allowed. Whatever happens, the
-/// forces press and lie in their discs. Returns the work, in the unit of StepLimits::max_work. Cost, with a good guess:
-/// two or three iterations of 0.3 us for a contact with friction, of 3 us for five.
-std::uint32_t solveForces(ContactProblem& problem, const SurfaceCompliance* compliance) noexcept;
+/// forces press and lie in their discs. Returns the work, in the unit of StepLimits::max_work; after `max_work` nothing
+/// more is tried. Cost, with a good guess: two or three iterations of 0.3 us for a contact with friction, of 3 us for
+/// five.
+std::uint32_t solveForces(ContactProblem& problem, const SurfaceCompliance* compliance, std::uint32_t max_work) noexcept;
 
 }  // namespace spheretree::runtime

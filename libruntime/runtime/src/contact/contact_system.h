@@ -26,7 +26,9 @@ struct ContactSystem {
   bool rubs = false;  // some contact has a friction
   Law law = Law::Coulomb;
   int iterations = 0;   // Newton steps
-  double products = 0;  // of numbers, as a measure of work
+  double products = 0;  // of numbers, as a measure of work,
+  double most = 0;      // of which no more are begun after so many
+  bool isSpent() const { return products > most; }
 
   /// From the present forces, which determine the radii of Law::Discs.
   void obey(Law next);

@@ -71,6 +71,7 @@ bool Round::newtonStep(const ContactSystem::Vector& z) {
       of_.right[i] = y[a] - z[i];
     }
   }
+  of_.products += 3.0 * static_cast<double>(of_.count * of_.count);
   return of_.solveEquations();
 }
 
@@ -90,7 +91,7 @@ bool Round::minimise() {
     }
     if (largest <= tolerance) return true;
     of_.w = motion_;
-    if (n == kMaxNewtonSteps || !newtonStep(z)) return false;
+    if (n == kMaxNewtonSteps || of_.isSpent() || !newtonStep(z)) return false;
     ++of_.iterations;
     double slope = 0;
     for (std::size_t i = 0; i < of_.count; ++i) slope += gradient[i] * of_.right[i];
@@ -114,7 +115,7 @@ bool Round::minimise() {
 
 bool approachMinimum(ContactSystem& system) noexcept {
   system.allow();
-  for (int n = 0; n < kMaxRounds; ++n) {
+  for (int n = 0; n < kMaxRounds && !system.isSpent(); ++n) {
     Round round(system);
     if (round.minimise() && round.missed() <= kSolved * system.problem.tolerance) return true;
   }

@@ -264,7 +264,8 @@ bool ContactSolver::takeInViolated() {
 }
 
 void ContactSolver::solve() {
-  parts_.result.work += solveForces(problem_, memory_.tissue ? &memory_.tissue->compliance() : nullptr);
+  const std::uint32_t max_work = scene_.step_limits.max_work / 2;  // beyond which a hard problem takes its best forces
+  parts_.result.work += solveForces(problem_, memory_.tissue ? &memory_.tissue->compliance() : nullptr, max_work);
   parts_.result.qp_iterations += static_cast<std::uint32_t>(problem_.iterations);
 }
 
