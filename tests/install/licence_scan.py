@@ -13,16 +13,15 @@ import subprocess
 import sys
 from pathlib import Path
 
-from layers import WINGS
-
 CODE = {".cpp", ".h", ".hpp", ".c", ".py", ".sh", ".cmake", ".in", ".map", ".txt"}
 NAMES = {"CMakeLists.txt", ".clang-tidy", ".editorconfig", ".ci/run"}
 SKIPPED_FOLDERS = {".git", "build", "out", ".cache"}
 PERMISSIVE = ("libruntime/", "formats/", "device/", "samples/make_samples/", "tools/python/core/", "tools/python/spheretree/")
 COPYLEFT = ("libspheretree/", "tools/spheretree/", "tools/python/builder/", "tools/robot/")
 NETWORK_COPYLEFT = ("tools/voronoi_oracle/", "tools/tetrahedra/")
-BUILDER_WINGS = "|".join(wing for wing in WINGS["libspheretree"] if wing != ".")
-COPYLEFT_INCLUDE = re.compile(rf'#\s*include\s*[<"](CGAL/|OpenMesh/|tetgen|spheretree/builder/|({BUILDER_WINGS})/|gmp|mpfr|libspheretree/)', re.IGNORECASE)
+INCLUDE = re.compile(r'#\s*include\s*[<"]([^">]+)[">]')
+COPYLEFT_HEADER = re.compile(r"CGAL/|OpenMesh/|tetgen|spheretree/builder/|gmp|mpfr|libspheretree/", re.IGNORECASE)
+PERMISSIVE_SOURCES = ("libruntime/runtime/src", "formats/src")  # with folders that may be named like those of libspheretree
 COPYLEFT_BINARY = re.compile(r"CGAL|OpenMesh|tetgen|spheretree7builder|libgmp|libmpfr", re.IGNORECASE)
 
 
@@ -34,6 +33,11 @@ def sources(root: Path):
         is_code = path.suffix in CODE and (path.suffix != ".txt" or path.name == "CMakeLists.txt")
         if is_code or str(name) in NAMES:
             yield str(name), path.read_text(encoding="utf-8")
+
+
+def is_of_builder(root: Path, header: str) -> bool:
+    """Whether it is a header of libspheretree, and of it alone."""
+    return (root / "libspheretree/src" / header).is_file() and not any((root / folder / header).is_file() for folder in PERMISSIVE_SOURCES)
 
 
 def scan_sources(root: Path):
@@ -57,9 +61,9 @@ def scan_sources(root: Path):
             yield f"{name}: licence {licence} is neither Apache-2.0 nor GPL-3.0-or-later"
         if name.startswith(PERMISSIVE) and licence != "Apache-2.0":
             yield f"{name}: {licence} in a permissive room"
-        include = COPYLEFT_INCLUDE.search(text)
-        if include and licence != "GPL-3.0-or-later":
-            yield f"{name}: {include.group(0)} in a file under {licence}"
+        for header in INCLUDE.findall(text) if licence != "GPL-3.0-or-later" else []:
+            if COPYLEFT_HEADER.match(header) or is_of_builder(root, header):
+                yield f"{name}: includes {header} in a file under {licence}"
         if name.startswith(COPYLEFT) and name.endswith(".cpp") and licence != "GPL-3.0-or-later":
             yield f"{name}: {licence} in a GPL room"
     if count < 50:
