@@ -9,6 +9,8 @@
 #include <cmath>
 #include <memory>
 
+#include "contact/contact_system.h"
+#include "contact/proximal_point.h"
 #include "support/random.h"
 
 namespace spheretree::runtime {
@@ -237,6 +239,20 @@ TEST(ContactForces, ConvexProblemsAreSolvedToTheProof) {
     solveForces(qp, nullptr, kWork);
     ASSERT_TRUE(qp.converged) << run;
     ASSERT_LT(distanceFromRight(qp), 2e-4) << run;  // the root of what rows lack, 1e-8 at most
+  }
+}
+
+// By itself, from forces far away: what Newton's method leaves open is settled by it.
+TEST(ContactForces, TheProximalPointMethodConvergesFromAnyStart) {
+  Random random(7);
+  for (int run = 0; run < 1000; ++run) {
+    ContactProblem qp = convexProblem(random, run);
+    qp.tolerance = 1e-6;
+    for (ContactRow& row : qp.rows) row.multiplier = random.between(0, 5);
+    ContactSystem system(qp, nullptr);
+    system.most = 1e12;
+    approachMinimum(system);
+    ASSERT_LE(system.residual(), qp.tolerance) << run;
   }
 }
 

@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "spheretree/core/mesh_edit.h"
+#include "support/fan_of_slivers.h"
 #include "support/random.h"
 #include "support/shapes.h"
 
@@ -124,13 +125,7 @@ TEST(CrossingTriangles, AreFoundAlongALargeMesh) {
 TEST(CrossingTriangles, OfFansAndThinFoldsAreExact) {
   // Around a fan of slivers no triangles cross; a triangle that touches only the far end of one sliver does.
   constexpr std::uint32_t kSlivers = 2000;
-  TriangleMesh fan;
-  fan.positions.emplace_back(0, 0, 0);
-  for (std::uint32_t i = 0; i < kSlivers; ++i) {
-    const double angle = 2 * std::numbers::pi * i / kSlivers;
-    fan.positions.emplace_back(std::cos(angle), std::sin(angle), 0);
-    fan.triangles.push_back({0, 1 + i, 1 + (i + 1) % kSlivers});
-  }
+  TriangleMesh fan = test::fanOfSlivers(kSlivers);
   EXPECT_TRUE(findCrossingTriangles(fan, 100).pairs.empty());
   fan.positions.insert(fan.positions.end(), {{1, 0, 0}, {2, 0, 1}, {2, 0, -1}});  // its corner is that of the slivers 0 and 1999
   fan.triangles.push_back({kSlivers + 1, kSlivers + 2, kSlivers + 3});

@@ -5,9 +5,9 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
+#include "support/fan_of_slivers.h"
 #include "support/random.h"
 #include "support/shapes.h"
 
@@ -62,13 +62,7 @@ TEST(CoverByProjection, CoversATriangleAboveManyTrianglesInAnyOrder) {
 
 TEST(CoverByProjection, CoversATriangleAboveAFanOfSlivers) {
   constexpr std::uint32_t kSlivers = 6000;  // each 1000 times as long as wide
-  TriangleMesh fan;
-  fan.positions.emplace_back(0, 0, 0);
-  for (std::uint32_t i = 0; i < kSlivers; ++i) {
-    const double angle = 2 * std::numbers::pi * i / kSlivers;
-    fan.positions.emplace_back(std::cos(angle), std::sin(angle), 0);
-    fan.triangles.push_back({0, 1 + i, 1 + (i + 1) % kSlivers});
-  }
+  const TriangleMesh fan = test::fanOfSlivers(kSlivers);
   const DistanceField field(fan);
   for (const Corners& triangle : {Corners{Vector3d(0.2, -0.4, 0.001), Vector3d(0.9, 0, 0.001), Vector3d(0.2, 0.5, 0.001)},
                                   Corners{Vector3d(-0.6, -0.4, 0.001), Vector3d(0.7, -0.3, 0.001), Vector3d(0.1, 0.8, 0.001)}}) {

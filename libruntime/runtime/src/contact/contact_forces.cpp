@@ -129,16 +129,15 @@ void settle(ContactSystem& s, double most) {
   s.allow();
   s.most = s.rubs ? 0.5 * (s.products + most) : most;
   if (s.rubs) s.obey(Law::Discs);
-  (void)approachMinimum(s);
+  approachMinimum(s);
   if (!s.rubs) return;
-  s.findMotions();
   std::array<double, kMaxContactRows> lift{};
   for (std::size_t k = 0; k < s.part_count; ++k)
     if (const ContactPart& part = s.parts[k]; part.size == 3)
       s.q[part.at[0]] += lift[part.at[0]] = part.friction * std::hypot(s.w[part.at[1]], s.w[part.at[2]]);
   s.obey(Law::Cones);
   s.most = most;
-  (void)approachMinimum(s);
+  approachMinimum(s);
   s.obey(Law::Coulomb);
   for (std::size_t i = 0; i < s.rows; ++i) s.q[i] -= lift[i];
 }

@@ -16,7 +16,7 @@ namespace spheretree::runtime {
 
 /// `compliance`: null without tissue. The rows must have a common solution. Any guess is allowed. Whatever happens, the
 /// forces press and lie in their discs. Returns the work, in the unit of StepLimits::max_work; after `max_work` nothing
-/// more is tried. Cost, with a good guess: two or three iterations of 0.3 us for a contact with friction, of 3 us for
+/// more is tried. Cost, with a good guess: two or three iterations of 0.4 us for a contact with friction, of 4 us for
 /// five.
 std::uint32_t solveForces(ContactProblem& problem, const SurfaceCompliance* compliance, std::uint32_t max_work) noexcept;
 

@@ -54,7 +54,7 @@ void ContactSystem::listParts() {
     const bool has_friction = disc.friction > 0;
     if (has_friction) rubs = is_joined[row] = true;
     parts[part_count++] =
-        rubs ? ContactPart{{row, first, first + 1}, 3, disc.friction, 0} : ContactPart{{first, first + 1, 0}, 2, 0, disc.radius};
+        has_friction ? ContactPart{{row, first, first + 1}, 3, disc.friction, 0} : ContactPart{{first, first + 1, 0}, 2, 0, disc.radius};
   }
   for (std::size_t i = 0; i < rows; ++i)
     if (!is_joined[i]) parts[part_count++] = {{i, 0, 0}, 1, 0, 0};

@@ -16,14 +16,8 @@ class Round {
  public:
   explicit Round(ContactSystem& of) : of_(of) { std::copy_n(of.p.begin(), of.count, center_.begin()); }
 
-  /// Leaves f in the forces. False: the minimum is not found.
-  bool minimise();
-  /// By how much the forces miss their laws, at most.
-  double missed() const {
-    double largest = 0;
-    for (std::size_t i = 0; i < of_.count; ++i) largest = std::max(largest, kScale * std::abs(of_.p[i] - center_[i]));
-    return largest;
-  }
+  /// Leaves f in the forces.
+  void minimise();
 
  private:
   double value(const ContactSystem::Vector& z);
@@ -75,7 +69,7 @@ bool Round::newtonStep(const ContactSystem::Vector& z) {
   return of_.solveEquations();
 }
 
-bool Round::minimise() {
+void Round::minimise() {
   const double tolerance = kSolved * of_.problem.tolerance;
   ContactSystem::Vector z = center_;
   double now = value(z);
@@ -89,13 +83,13 @@ bool Round::minimise() {
       gradient[i] = motion_[i] - of_.w[i];
       largest = std::max(largest, std::abs(gradient[i]));
     }
-    if (largest <= tolerance) return true;
+    if (largest <= tolerance) return;
     of_.w = motion_;
-    if (n == kMaxNewtonSteps || of_.isSpent() || !newtonStep(z)) return false;
+    if (n == kMaxNewtonSteps || of_.isSpent() || !newtonStep(z)) return;
     ++of_.iterations;
     double slope = 0;
     for (std::size_t i = 0; i < of_.count; ++i) slope += gradient[i] * of_.right[i];
-    if (-slope < 1e-14 * (1 + std::abs(now))) return true;  // only rounding is left
+    if (-slope < 1e-14 * (1 + std::abs(now))) return;  // only rounding is left
     const ContactSystem::Vector step = of_.right;
     double share = 1, next = now;
     for (;; share /= 2) {
@@ -113,13 +107,16 @@ bool Round::minimise() {
 
 }  // namespace
 
-bool approachMinimum(ContactSystem& system) noexcept {
+void approachMinimum(ContactSystem& system) noexcept {
+  const double tolerance = system.problem.tolerance;
   system.allow();
-  for (int n = 0; n < kMaxRounds && !system.isSpent(); ++n) {
-    Round round(system);
-    if (round.minimise() && round.missed() <= kSolved * system.problem.tolerance) return true;
+  double left = system.residual();
+  for (int n = 0; n < kMaxRounds && !(left <= kSolved * tolerance) && !system.isSpent(); ++n) {
+    const double before = left;
+    Round(system).minimise();
+    left = system.residual();
+    if (left <= tolerance && left > 0.5 * before) break;  // rounding
   }
-  return false;
 }
 
 }  // namespace spheretree::runtime

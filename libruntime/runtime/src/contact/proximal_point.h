@@ -8,7 +8,7 @@
 
 namespace spheretree::runtime {
 
-/// Leaves allowed forces in the system. False: they are not those of the minimum within the tolerance.
-bool approachMinimum(ContactSystem& system) noexcept;
+/// Leaves allowed forces in the system, and their motions: those of the minimum, unless the work is used up before.
+void approachMinimum(ContactSystem& system) noexcept;
 
 }  // namespace spheretree::runtime

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The QP of a piece if contacts have friction or objects yield: docs/runtime.md, Friction and Objects that give way.
+// The contact problem of a piece if contacts have friction or objects yield: docs/runtime.md, Friction and Objects that
+// give way.
 #include <algorithm>
 #include <cmath>
 
@@ -56,7 +57,6 @@ class ContactSolver {
   void addDisc(int k, const RowName& name);
   bool takeInViolated();
   [[gnu::noinline]] void solve();
-  void solveScans();
   void keep();
 
   StepParts& parts_;
