@@ -189,8 +189,8 @@ int main(int argc, char** argv) {
       plain_us.push_back(1e6 * a.seconds / c.steps);
       with_us.push_back(1e6 * b.seconds / c.steps);
     }
-    std::printf("%-16s %7.2f us %7.2f us  x %.2f  pieces %.2f %.2f  iterations %.2f %.2f  unsolved %.1f%%\n", c.name, tool::quantile(plain_us, 0.5),
-                tool::quantile(with_us, 0.5), tool::quantile(with_us, 0.5) / tool::quantile(plain_us, 0.5),
+    std::printf("%-16s %7.2f us %7.2f us  x %.2f  pieces %.2f %.2f  iterations %.2f %.2f  unsolved %.1f%%\n", c.name,
+                tool::quantile(plain_us, 0.5), tool::quantile(with_us, 0.5), tool::quantile(with_us, 0.5) / tool::quantile(plain_us, 0.5),
                 static_cast<double>(a.linearisations) / c.steps, static_cast<double>(b.linearisations) / c.steps,
                 static_cast<double>(a.iterations) / c.steps, static_cast<double>(b.iterations) / c.steps, 100.0 * b.unsolved / c.steps);
   }
