@@ -165,6 +165,12 @@ std::string faultInSkin(const SphereTree& tree) {
   return tree.skin == Skin{} ? "" : "the skin has no triangles, but something else";
 }
 
+std::string faultInHulls(const SphereTree& tree) {
+  if (tree.hulls.empty()) return tree.hulls == Hulls{} ? "" : "the hulls have no parts, but something else";
+  std::string fault = findFault(tree.hulls);
+  return fault.empty() ? fault : fault.insert(0, "hulls: ");
+}
+
 }  // namespace
 
 std::vector<std::uint32_t> levelSet(const SphereTree& tree, int level) {
@@ -232,7 +238,8 @@ std::string findFault(const SphereTree& tree) {
   if (std::string fault = faultInStatistics(tree); !fault.empty()) return fault;
   if (std::string fault = faultInProvenance(tree); !fault.empty()) return fault;
   if (std::string fault = faultInSearch(tree); !fault.empty()) return fault;
-  return faultInSkin(tree);
+  if (std::string fault = faultInSkin(tree); !fault.empty()) return fault;
+  return faultInHulls(tree);
 }
 
 }  // namespace spheretree

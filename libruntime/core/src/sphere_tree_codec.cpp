@@ -282,19 +282,64 @@ LoadStatus readSkin(const Section& section, SphereTree& tree, std::string& fault
   return readCodes(section, taker.rest(), skin.search, fault);
 }
 
+// Hulls: numbers and counts, then the arrays in their memory layout.
+
+struct HullRecord {
+  float overhang_bound;
+  std::uint32_t hulls, balls, parts, inner, items;
+  std::array<std::uint32_t, 2> reserved;
+};
+static_assert(sizeof(HullRecord) == 32 && sizeof(HullPart) == 6);
+
+void writeHulls(const SphereTree& tree, Bytes& bytes) {
+  const Hulls& hulls = tree.hulls;
+  put(bytes, HullRecord{.overhang_bound = hulls.overhang_bound,
+                        .hulls = hulls.count,
+                        .balls = static_cast<std::uint32_t>(hulls.balls.size()),
+                        .parts = static_cast<std::uint32_t>(hulls.parts.size()),
+                        .inner = static_cast<std::uint32_t>(hulls.search.inner.size()),
+                        .items = static_cast<std::uint32_t>(hulls.search.item.size()),
+                        .reserved = {}});
+  putArray(bytes, hulls.balls);
+  putArray(bytes, hulls.search.inner);
+  putArray(bytes, hulls.parts);
+  putArray(bytes, hulls.search.item);
+  putCodes(bytes, hulls.search);
+}
+
+LoadStatus readHulls(const Section& section, SphereTree& tree, std::string& fault) {
+  if (section.bytes.size() < sizeof(HullRecord)) return badSize(section, sizeof(HullRecord), fault);
+  Taker taker(section.bytes);
+  const auto record = taker.take<HullRecord>();
+  const std::uint64_t size = sizeof record + std::uint64_t{record.balls} * sizeof(Sphere) +
+                             std::uint64_t{record.inner} * (sizeof(Sphere) + 1) + std::uint64_t{record.parts} * sizeof(HullPart) +
+                             std::uint64_t{record.items} * 2;
+  if (section.bytes.size() != size) return badSize(section, size, fault);
+  if (record.parts == 0) return badSection(section, ": the hulls have no parts", fault);
+  if (record.reserved != decltype(record.reserved){}) return badSection(section, ": reserved bytes are not zero", fault);
+  Hulls& hulls = tree.hulls;
+  hulls.overhang_bound = record.overhang_bound, hulls.count = record.hulls;
+  taker.takeArray(hulls.balls, record.balls);
+  taker.takeArray(hulls.search.inner, record.inner);
+  taker.takeArray(hulls.parts, record.parts);
+  taker.takeArray(hulls.search.item, record.items);
+  return readCodes(section, taker.rest(), hulls.search, fault);
+}
+
 // The sections that this program knows, in the order of the file. A new kind of section needs one new row in each of
 // two tables. A program that only reads, such as the shared library of the runtime, contains no encoder.
 
 bool always(const SphereTree&) { return true; }
 bool hasSearch(const SphereTree& tree) { return !tree.search.empty(); }
 bool hasSkin(const SphereTree& tree) { return !tree.skin.empty(); }
+bool hasHulls(const SphereTree& tree) { return !tree.hulls.empty(); }
 
 struct SectionDecoder {
   SectionId id;
   bool is_optional;
   LoadStatus (*read)(const Section&, SphereTree&, std::string& fault);  // may use the results of earlier sections
 };
-constexpr std::array<SectionDecoder, 7> kDecoders{{
+constexpr std::array<SectionDecoder, 8> kDecoders{{
     {{'T', 'O', 'P', 'O'}, false, readTopology},
     {{'C', 'O', 'V', 'R'}, false, readCover},
     {{'B', 'N', 'D', 'S'}, false, readBound},
@@ -302,6 +347,7 @@ constexpr std::array<SectionDecoder, 7> kDecoders{{
     {{'P', 'R', 'O', 'V'}, false, readProvenance},
     {{'S', 'R', 'C', 'H'}, true, readSearch},
     {{'S', 'K', 'I', 'N'}, true, readSkin},
+    {{'H', 'U', 'L', 'L'}, true, readHulls},
 }};
 
 struct SectionEncoder {
@@ -316,6 +362,7 @@ constexpr std::array<SectionEncoder, kDecoders.size()> kEncoders{{
     {always, writeProvenance},
     {hasSearch, writeSearch},
     {hasSkin, writeSkin},
+    {hasHulls, writeHulls},
 }};
 
 LoadStatus decode(std::span<const std::byte> bytes, SphereTree& out, std::string& fault) {

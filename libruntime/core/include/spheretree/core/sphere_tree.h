@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "spheretree/core/hulls.h"
 #include "spheretree/core/search_tree.h"
 #include "spheretree/core/skin.h"
 #include "spheretree/core/sphere.h"
@@ -74,6 +75,7 @@ struct SphereTree {
   Provenance provenance;
   SearchTree search;  // over the leaves, that is levelSet() of the deepest level; empty: none
   Skin skin;          // the surface that a tool rests on; empty: none, and the tool rests on the leaves
+  Hulls hulls;        // of a tool: what rests on other surfaces; empty: the leaves do
 
   std::size_t nodeCount() const { return cover.size(); }
   int levelCount() const { return static_cast<int>(level_begin.size()) - 1; }
@@ -112,7 +114,8 @@ void countLevels(SphereTree& tree);
 /// - centres are finite, and radii finite and > 0;
 /// - every bounding sphere encloses its own cover sphere and all cover spheres below it;
 /// - the statistics agree with the spheres, and the provenance fits its fields in the file;
-/// - every sphere of the search tree encloses the leaves below it, and findFault() of the skin finds nothing.
+/// - every sphere of the search tree encloses the leaves below it, and findFault() of the skin and of the hulls finds
+///   nothing.
 std::string findFault(const SphereTree& tree);
 
 }  // namespace spheretree
