@@ -12,6 +12,7 @@
 #include "spheretree/core/hulls.h"
 #include "spheretree/core/rigid.h"
 #include "support/sample_skins.h"
+#include "support/shape_trees.h"
 
 namespace spheretree::test {
 
@@ -60,6 +61,13 @@ inline Hulls discHulls(double rim, double half, std::uint16_t corners) {
     parts.push_back({0, a, b});
   }
   return hullsOf(balls, parts, corners);
+}
+
+/// A tool of these hulls, with their balls as leaves.
+inline SphereTree toolOf(const Hulls& hulls) {
+  SphereTree tree = treeOfBalls(hulls.balls);
+  tree.hulls = hulls;
+  return tree;
 }
 
 }  // namespace spheretree::test

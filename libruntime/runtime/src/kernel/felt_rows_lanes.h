@@ -2,16 +2,13 @@
 // Felt rows of a ball and a curved patch. docs/algorithms/runtime/rows.md#felt-row
 #pragma once
 
+#include "kernel/hull_felt_lanes.h"
+#include "kernel/patch_newton_lanes.h"
 #include "kernel/row_parts_lanes.h"
 
 namespace spheretree::runtime {
 namespace {
 
-constexpr int kNewtonSteps = 6;         // to the foot of a ball on a patch; usually 2 or 3
-constexpr float kLastStep = 3e-4f;      // in weights: convergence is quadratic, and the next step would be below 1e-6
-constexpr float kLongestStep = 0.35f;   // in weights: beyond this the quadratic model is unreliable
-constexpr float kOutside = 0.1f;        // in weights: how far an iterate may leave the patch
-constexpr float kFootFound = 1e-3f;     // in weights: largest last step of an accepted foot; convergence is quadratic
 constexpr float kSeam = 1e-4f;          // in weights: a foot may be beyond a side by this, so that rounding leaves no slit between patches
 constexpr float kClearOfPlane = 1e-3f;  // a ball beside a patch, and more than this above its plane, gets the plane as a row [mm]
 
@@ -23,7 +20,7 @@ struct Foot {
 };
 
 inline Foot findFoot(const Quadratic& position, const Quadratic& normal, const Vector8& centre) {
-  const F8 one = splat(1), zero = splat(0), low = splat(-kOutside), high = splat(1 + kOutside), half = splat(0.5f);
+  const F8 one = splat(1), zero = splat(0);
   Foot foot{splat(1.0f / 3), splat(1.0f / 3), zero, {}};
   F8 last = one;
   for (int step = 0; step < kNewtonSteps; ++step) {
@@ -39,15 +36,7 @@ inline Foot findFoot(const Quadratic& position, const Quadratic& normal, const V
     const F8 inverse = one / select(regular, det, one);
     F8 du = select(regular, dot(rest, pv_n) * inverse, zero), dv = select(regular, dot(rest, n_pu) * inverse, zero);
     last = select(regular, maxOf(size(du), size(dv)), one);
-    const F8 shorter = minOf(one, splat(kLongestStep) / maxOf(last, splat(1e-9f)));
-    F8 u = foot.u + shorter * du, v = foot.v + shorter * dv;
-    const F8 excess = half * maxOf(zero, u + v - high);
-    u = maxOf(low, minOf(u - excess, high));
-    v = maxOf(low, minOf(v - excess, high));
-    const F8 moved = maxOf(size(u - foot.u), size(v - foot.v));
-    foot.u = u;
-    foot.v = v;
-    if (maskOf(moved > splat(kLastStep)) == 0) break;
+    if (maskOf(stepOn(du, dv, last, foot.u, foot.v) > splat(kLastStep)) == 0) break;
   }
   const Vector8 n = normal.at(foot.u, foot.v);
   const F8 square = dot(n, n);
@@ -63,11 +52,20 @@ float feltRows(const RowRequest& q) {
   const F8 one = splat(1), zero = splat(0), seam = splat(-kSeam);
   F8 smallest = splat(__builtin_inff());
   for (std::uint32_t i = 0; i < q.count; i += 8) {
-    const ToolBalls balls(q, i);
+    ToolBalls balls(q, i);
     const Patches p(q, balls);
+    HullBalls hull = kOnlyBalls;
     const Quadratic position(p.position[0], p.position[1], p.position[2], p.position[3], p.position[4], p.position[5]),
         normal(p.normal(0), p.normal(1), p.normal(2), p.normal(3), p.normal(4), p.normal(5));
-    const Foot foot = findFoot(position, normal, balls.centre);
+    Foot foot = findFoot(position, normal, balls.centre);
+    if (q.hulls.way) {
+      const HullParts parts(q, i, balls);
+      hull = touchTriangles(parts, p, balls);
+      const HullFoot rest = restOnPatches(hull.smooth, parts, position, normal, balls);
+      foot.u = select(hull.smooth, rest.u, foot.u);
+      foot.v = select(hull.smooth, rest.v, foot.v);
+      foot.found = (hull.is_ball & foot.found) | rest.found;
+    }
     const F8 w[3] = {one - foot.u - foot.v, foot.u, foot.v};
     const I8 beyond[3] = {w[2] < seam, w[0] < seam, w[1] < seam};  // sides 01, 12, 20
     const I8 within = ~(beyond[0] | beyond[1] | beyond[2]) & foot.found;
@@ -80,10 +78,12 @@ float feltRows(const RowRequest& q) {
     F8 gap = dot(way, unit) - balls.radius;
     const F8 distance = squareRoot(dot(way, way));
     // The centre must be outside; otherwise the flat triangle holds the ball.
-    I8 in = (within & (gap > -balls.radius)) | (~within & (gap > splat(kClearOfPlane)) & (distance - balls.radius <= splat(q.max_gap)));
+    I8 in = (within & (gap > -balls.radius)) |
+            (hull.is_ball & ~within & (gap > splat(kClearOfPlane)) & (distance - balls.radius <= splat(q.max_gap)));
 #pragma GCC unroll 1  // few patches are sharp
     for (unsigned k = 0; k < 3; ++k) {
-      const I8 is_sharp = (I8)((p.flags >> splatU(k)) & splatU(1)) != 0, on_side = beyond[k] & is_sharp;
+      const I8 of_hull = hull.sharp & hull.within & ((I8)hull.way == (I8)splatU(k)),
+               on_side = (hull.is_ball & beyond[k] & isSharp(p, splatU(k))) | of_hull;
       if (maskOf(on_side) == 0) continue;
       const Vector8 side = p.position[(k + 1) % 3] - p.position[k], from = balls.centre - p.position[k];
       const F8 length2 = dot(side, side);

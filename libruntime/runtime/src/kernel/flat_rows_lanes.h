@@ -2,6 +2,7 @@
 // Guaranteed rows of a ball and a flat triangle. docs/algorithms/runtime/rows.md#guaranteed-row
 #pragma once
 
+#include "kernel/hull_balls_lanes.h"
 #include "kernel/row_parts_lanes.h"
 
 namespace spheretree::runtime {
@@ -11,22 +12,28 @@ namespace {
 // triangle, and the sine of the angle between its normals and that of the triangle is bounded by `lean`. If a ball
 // rests on the patch, its centre is therefore beside the triangle by at most swing + lean * radius. A patch with a
 // sharp side can also be touched at that side from any direction, so only the distance counts.
-inline F8 wayToPatch(const U8& flags, const F8& allowance, const ToolBalls& balls, const F8& distance, const F8& beside) {
+// Cones and slabs touch it with any of their balls, but in one row of their three.
+inline F8 wayToPatch(const U8& flags, const F8& allowance, const ToolBalls& balls, const HullBalls& hull, const F8& distance,
+                     const F8& beside) {
   const F8 swing = allowance * __builtin_convertvector((I8)(flags >> kSwingShift & splatU(kSwingMask)), F8) * splat(1.0f / kSwingMask),
            lean = __builtin_convertvector((I8)(flags >> kLeanShift), F8) * splat(1.0f / kLeanMask);
   const I8 is_smooth = (I8)(flags & splatU(7)) == 0, is_curved = (I8)(flags & splatU(kCurved)) != 0;
-  const F8 way = distance - balls.radius - swing;
-  return select(is_curved, select(is_smooth, maxOf(way, beside - swing - lean * balls.radius), way), splat(__builtin_inff()));
+  const F8 way = distance - balls.radius - swing, never = splat(__builtin_inff());
+  const F8 of_hull = select(hull.smooth, hull.nearest - swing, select(hull.sharp, way, never));
+  const F8 of_ball = select(is_smooth, maxOf(way, beside - swing - lean * balls.radius), way);
+  return select(is_curved, select(hull.is_ball, of_ball, of_hull), never);
 }
 
 // Keeps the ball, reduced by the allowance, out of the flat triangle, from either side. The triangle is convex, so the
 // row holds along the whole piece of the motion.
 float flatRows(const RowRequest& q) {
   const F8 one = splat(1), zero = splat(0), allowance = splat(q.allowance);
+  const bool has_hulls = q.hulls.way != nullptr;
   F8 smallest = splat(__builtin_inff());
   for (std::uint32_t i = 0; i < q.count; i += 8) {
-    const ToolBalls balls(q, i);
+    ToolBalls balls(q, i);
     const Patches p(q, balls);
+    const HullBalls hull = has_hulls ? touchTriangles(HullParts(q, i, balls), p, balls) : kOnlyBalls;
     const Vector8 side[3] = {p.position[1] - p.position[0], p.position[2] - p.position[1], p.position[0] - p.position[2]};
     const Vector8 across = cross(side[0], p.position[2] - p.position[0]);
     const F8 area2 = dot(across, across);
@@ -63,9 +70,9 @@ float flatRows(const RowRequest& q) {
     const F8 distance = select(over, select(is_below, zero - height, height), select(apart, edge_distance, zero));
     const F8 gap =
         distance - maxOf(balls.radius - select((I8)(p.flags & splatU(kCurved)) != 0, allowance, zero), splat(0.5f) * balls.radius);
-    smallest = minOf(smallest, gap);
-    storeRows(q, i, balls, select(over, to_side, from_edge), gap, is_flat | ~is_flat);
-    store(q.felt_way + i, wayToPatch(p.flags, allowance, balls, distance, squareRoot(beside2)));
+    smallest = minOf(smallest, select(hull.within, gap, splat(__builtin_inff())));
+    storeRows(q, i, balls, select(over, to_side, from_edge), gap, hull.within, has_hulls);
+    store(q.felt_way + i, wayToPatch(p.flags, allowance, balls, hull, distance, squareRoot(beside2)));
   }
   return minLane(smallest);
 }

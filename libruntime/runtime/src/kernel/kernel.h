@@ -96,11 +96,18 @@ struct PairSearchResult {
   bool coarse;
 };
 
+/// What a hull of the tool has beside its first ball; null for a tool of balls alone.
+struct HullSpans {
+  const Sphere *span1, *span2;  // (slot) centres and radii of balls 1 and 2 minus those of ball 0; 0 if there are none
+  const std::uint32_t* way;     // (slot) which of the part's items it is
+};
+
 /// Rows of pairs of one object.
 struct RowRequest {
   const std::uint32_t* pairs;  // tool slot << 16 | object slot
   std::uint32_t count;
-  const Sphere* tool;            // (slot) relative to the reference point, tool axes
+  const Sphere* tool;  // (slot) relative to the reference point, tool axes; of a hull: its ball 0
+  HullSpans hulls;
   RelativePose pose;             // of the tool in the axes of the object
   float to_world[9];             // axes of the object to world axes, row-major
   const Block* bound;            // of the object
@@ -119,6 +126,7 @@ struct RowRequest {
   float* a[6];      // output [0, count + 8), as are the following arrays
   float* b;
   float* weight;
+  float* along;     // of a tool of hulls, else null: where the touched point is along the normal, from the reference point [mm]
   float* felt_way;  // of flat triangles: lower bound of the way on which the ball touches the patch [mm]; infinite if the patch is flat
 };
 

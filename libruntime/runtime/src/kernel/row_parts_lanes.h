@@ -11,8 +11,8 @@ namespace {
 
 // 8 balls of the tool, in the axes of the object.
 struct ToolBalls {
-  std::uint32_t slot[8];  // of the object, for each pair
-  Vector8 arm, centre;    // from the reference point; from the anchor
+  std::uint32_t slot[8];        // of the object, for each pair
+  Vector8 offset, arm, centre;  // of the reference point from the anchor; from the reference point; from the anchor
   F8 radius;
 
   ToolBalls(const RowRequest& q, std::uint32_t first) {
@@ -24,8 +24,9 @@ struct ToolBalls {
     }
     F8 x, y, z;
     transpose(tool, x, y, z, radius);
+    offset = splat(q.pose.offset[0], q.pose.offset[1], q.pose.offset[2]);
     arm = turn(x, y, z, q.pose.rotation);
-    centre = arm + splat(q.pose.offset[0], q.pose.offset[1], q.pose.offset[2]);
+    centre = arm + offset;
   }
 };
 
@@ -82,9 +83,10 @@ inline void storeScaled(float* const a[6], std::uint32_t i, const F8 (&row)[6], 
   for (unsigned k = 0; k < 6; ++k) store(a[k] + i, row[k] * scale);
 }
 
-// Stores rows of 8 pairs with these normals and gaps, in the axes of the object; rows that are not `in` are always
-// satisfied.
-inline void storeRows(const RowRequest& q, std::uint32_t i, const ToolBalls& balls, const Vector8& normal, F8 gap, I8 in) {
+// Stores rows of 8 pairs with these normals and gaps, in the axes of the object. Rows that are not `in` are always
+// satisfied: by far, or by the gap if `keeps_gap`.
+inline void storeRows(const RowRequest& q, std::uint32_t i, const ToolBalls& balls, const Vector8& normal, F8 gap, I8 in,
+                      bool keeps_gap = false) {
   const F8 one = splat(1), zero = splat(0);
   const Vector8 lever = splat(q.inverse_angle_length) * cross(balls.arm, normal);
   const Vector8 n = turn(normal.x, normal.y, normal.z, q.to_world);
@@ -92,8 +94,9 @@ inline void storeRows(const RowRequest& q, std::uint32_t i, const ToolBalls& bal
   if (q.squared) a = turn(a.x, a.y, a.z, q.axes);
   const F8 weight = one / squareRoot(one + (a.x * a.x + a.y * a.y + a.z * a.z));
   storeScaled(q.a, i, {n.x, n.y, n.z, a.x, a.y, a.z}, select(in, weight, zero));
-  store(q.b + i, select(in, -(gap * weight), splat(-1e30f)));
+  store(q.b + i, select(in, -(gap * weight), keeps_gap ? minOf(-(gap * weight), zero) : splat(-1e30f)));
   store(q.weight + i, weight);
+  if (q.along) store(q.along + i, dot(balls.arm, normal) - balls.radius);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr std::size_t kB = 6;
 constexpr std::size_t kWeight = 7;
 constexpr std::size_t kFeltWay = 8;
+constexpr std::size_t kAlong = 9;
 
 // Makes the padding rows always satisfied.
 void padRows(StepMemory& memory, std::uint32_t count) {
@@ -24,15 +25,18 @@ void padRows(StepMemory& memory, std::uint32_t count) {
 // Requests for the runs of a set of pairs, for one pose of the tool.
 class Requests {
  public:
-  Requests(const Configuration& pose, StepMemory& memory) : memory_(memory) {
+  Requests(const Configuration& pose, RowForm form, StepMemory& memory) : memory_(memory) {
     const Eigen::Matrix3d rotation = pose.orientation.normalized().toRotationMatrix();
     for (int r = 0; r < 3; ++r) {
       for (int c = 0; c < 3; ++c) rotation_[3 * r + c] = rotation(r, c);
       position_[r] = pose.position[r];
     }
-    request_.tool = memory.scene.tool.spheres.data();
+    const CompiledHulls& hulls = memory.scene.hulls;
+    has_hulls_ = form == RowForm::TrueDistance && !hulls.empty();
+    request_.tool = has_hulls_ ? hulls.ball.data() : memory.scene.tool.spheres.data();
+    if (has_hulls_) request_.hulls = {hulls.span1.data(), hulls.span2.data(), hulls.way.data()};
     request_.inverse_angle_length = static_cast<float>(1 / memory.scene.angle_length);
-    request_.squared = false;
+    request_.squared = form == RowForm::SquaredDistance;
     request_.max_gap = 0;
   }
 
@@ -57,11 +61,13 @@ class Requests {
     request_.b = memory_.rowArray(kB) + first_row;
     request_.weight = memory_.rowArray(kWeight) + first_row;
     request_.felt_way = memory_.rowArray(kFeltWay) + first_row;
+    request_.along = has_hulls_ ? memory_.rowArray(kAlong) + first_row : nullptr;
     return request_;
   }
 
  private:
   StepMemory& memory_;
+  bool has_hulls_;
   double rotation_[9], position_[3];
   RowRequest request_{};
 };
@@ -73,13 +79,13 @@ RowSet makeRows(const PairSet& set, const Configuration& pose, RowForm form, con
   for (std::size_t k = 0; k < 6; ++k) out.rows.a[k] = memory.rowArray(k);
   out.rows.b = out.b = memory.rowArray(kB);
   out.weight = memory.rowArray(kWeight);
+  if (form == RowForm::TrueDistance && !memory.scene.hulls.empty()) out.along = memory.rowArray(kAlong);
   out.rows.count = out.guarded = static_cast<std::uint32_t>(set.pairs.size());
   out.smallest_gap = out.smallest_felt_gap = kInfinity;
   if (set.pairs.empty()) return out;
 
-  Requests requests(pose, memory);
+  Requests requests(pose, form, memory);
   RowRequest& common = requests.request();
-  common.squared = form == RowForm::SquaredDistance;
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) common.axes[3 * r + c] = static_cast<float>(axes(c, r));
   for (const PairRun& run : set.runs) {
@@ -106,6 +112,7 @@ float reachOf(std::uint32_t object, double margin, const StepMemory& memory) {
 }  // namespace
 
 void keepNear(double margin, PairSet& pairs, RowSet& rows, StepMemory& memory) noexcept {
+  const std::size_t arrays = rows.along ? kRowArrays : kRowArrays - 1;
   std::uint32_t count = 0;
   for (PairRun& run : memory.runs) {
     const float largest = reachOf(run.object, margin, memory);
@@ -113,7 +120,7 @@ void keepNear(double margin, PairSet& pairs, RowSet& rows, StepMemory& memory) n
     for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i) {
       if (-rows.b[i] > largest * rows.weight[i]) continue;
       memory.pairs[count] = memory.pairs[i];
-      for (std::size_t k = 0; k < kRowArrays; ++k) memory.rowArray(k)[count] = memory.rowArray(k)[i];
+      for (std::size_t k = 0; k < arrays; ++k) memory.rowArray(k)[count] = memory.rowArray(k)[i];
       ++count;
     }
     run.begin = begin;
@@ -146,7 +153,7 @@ PairSet feltPairs(const PairSet& set, double way, StepMemory& memory) noexcept {
 
 void addFeltRows(const PairSet& felt, const Configuration& pose, double max_gap, RowSet& rows, StepMemory& memory) noexcept {
   if (felt.pairs.empty()) return;
-  Requests requests(pose, memory);
+  Requests requests(pose, RowForm::TrueDistance, memory);
   requests.request().max_gap = static_cast<float>(max_gap);
   for (const PairRun& run : felt.runs) {
     const RowRequest& request = requests.of(memory.views[run.object], run, felt.pairs.data(), rows.rows.count);

@@ -122,6 +122,11 @@ class ObjectPlacer {
   CompiledScene& out_;
 };
 
+// Hulls are for skins and leaves that stay as they are: on tissue the tool rests with its leaves.
+bool usesHulls(const SceneDescription& d) {
+  return d.contact == ContactSurface::Skin && std::ranges::none_of(d.objects, [](const SceneObject& o) { return o.tissue != nullptr; });
+}
+
 std::string compileTool(const SceneDescription& d, CompiledScene& out) {
   if (std::string why = findFault(d.tool); !why.empty()) return why;
   if (!d.reference_point.allFinite()) return "the reference point is not finite";
@@ -132,6 +137,12 @@ std::string compileTool(const SceneDescription& d, CompiledScene& out) {
   out.tool_root = centreOf(root);
   out.tool_root_radius = static_cast<double>(root.radius);
   out.tool_overhang = d.tool.statistics.back().overhang_bound;
+  if (usesHulls(d)) out.hulls = compileHulls(d.tool.hulls, Eigen::Vector3d(d.tool.origin_mm.data()) - d.reference_point);
+  if (!out.hulls.empty()) {
+    const Sphere& around = out.hulls.ball[0];
+    out.tool_root_radius = std::max(out.tool_root_radius, (centreOf(around) - out.tool_root).norm() + double{around.radius} * (1 + 1e-6));
+    out.tool.reach = std::max(out.tool.reach, out.hulls.tree.reach);
+  }
   if (!(out.tool.reach <= kFarthest))
     return "a sphere is " + std::to_string(out.tool.reach) + " mm from the reference point; at most 1e7 mm";
   return {};
@@ -172,7 +183,8 @@ void findToolParts(double least, CompiledScene& out) {
 // A ball is kept from leaves at the sum of two radii, and from a skin at its own radius minus the allowance, but at
 // least at half of its radius.
 double minContact(const CompiledScene& scene) {
-  const auto tool = static_cast<double>(scene.tool.smallest_radius);
+  const auto tool = static_cast<double>(scene.hulls.empty() ? scene.tool.smallest_radius
+                                                            : std::min(scene.tool.smallest_radius, scene.hulls.smallest_radius));
   double smallest = std::numeric_limits<double>::infinity();
   for (const CompiledShape& shape : scene.shapes)
     smallest = std::min(smallest, shape.skin.empty() ? tool + static_cast<double>(shape.leaves.smallest_radius) : 0.5 * tool);

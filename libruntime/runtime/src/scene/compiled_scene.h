@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "scene/compiled_hulls.h"
 #include "scene/compiled_skin.h"
 #include "scene/compiled_tree.h"
 #include "spheretree/runtime/scene.h"
@@ -40,11 +41,12 @@ struct CompiledObject {
 
 struct CompiledScene {
   CompiledTree tool;
+  CompiledHulls hulls;                    // of the tool; empty: its leaves rest on the objects
   std::vector<std::uint32_t> tool_nodes;  // (leaf) node index in the tool's SphereTree
   std::vector<std::uint32_t> tool_parts;  // (slot) connected part of a leaf: if none of its leaves is in a skin, all are on the same side
   std::uint32_t tool_part_count = 0;
   Eigen::Vector3d tool_root;        // centre of its root relative to the reference point, tool axes [mm]
-  double tool_root_radius = 0;      // [mm]
+  double tool_root_radius = 0;      // of a ball there that contains leaves and hulls [mm]
   float tool_overhang = kUnproven;  // proven: no leaf reaches farther out of the tool's mesh [mm]
   std::vector<CompiledShape> shapes;
   std::vector<CompiledObject> objects;
@@ -63,6 +65,8 @@ struct CompiledScene {
                              // (skin) [mm] inside the other [mm]
   float skin_tolerance = 0;  // largest of the shapes [mm]
 
+  /// What of the tool rests on the objects, or its leaves.
+  const CompiledTree& toolTree(bool leaves) const { return leaves || hulls.empty() ? tool : hulls.tree; }
   /// Takes another coupling. The stiffness of objects stays; their `softness` is relative to the coupling.
   void couple(const Coupling& other);
   /// An object of this shape and body, with its mesh frame at `pose`.

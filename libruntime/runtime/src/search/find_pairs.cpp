@@ -32,9 +32,10 @@ PairSearch searchFor(const Configuration& pose, const Eigen::Matrix3d& rotation,
   const double world_slack = kFloatRounding * (scene.tool.reach + scene.objects_reach + memory.farthest_anchor + root.norm());
   const double slack = kFloatRounding * (2 * (scene.tool.reach + scene.objects_reach) + margin + world_slack);
   PairSearch search;
-  search.tool = scene.tool.bound.data();
+  const CompiledTree& tool = scene.toolTree(exact);
+  search.tool = tool.bound.data();
   search.object_roots = memory.object_roots.data();
-  search.tool_links = scene.tool.links.data();
+  search.tool_links = tool.links.data();
   search.exact_tool = scene.tool.exact.data();
   search.objects = exact ? memory.leaf_views.data() : memory.views.data();
   search.object_count = static_cast<std::uint32_t>(memory.views.size());

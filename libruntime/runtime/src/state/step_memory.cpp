@@ -40,8 +40,9 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
       bodies(scene.body_count),
       moving(scene.body_count) {
   const std::size_t capacity = scene.step_limits.max_pairs + 16, count = objects.size();
-  turned_tool = std::vector<Block>(scene.tool.bound.size());
-  turned_when = std::vector<std::uint32_t>(scene.tool.bound.size());
+  const std::size_t blocks = std::max(scene.tool.bound.size(), scene.hulls.tree.bound.size());
+  turned_tool = std::vector<Block>(blocks);
+  turned_when = std::vector<std::uint32_t>(blocks);
   bool any_skin = false;
   object_roots = std::vector<Block>((count + 7) / 8, emptyBlock());
   leaf_views = std::vector<ObjectView>(count);

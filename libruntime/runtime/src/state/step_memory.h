@@ -22,7 +22,8 @@ namespace spheretree::runtime {
 
 static_assert(kMaxContacts == kMaxContactRows);
 
-inline constexpr std::size_t kRowArrays = 9;  // number of arrays in StepMemory::row_memory: six of coefficients, b, weight, felt way
+inline constexpr std::size_t kRowArrays =
+    10;  // number of arrays in StepMemory::row_memory: six of coefficients, b, weight, felt way, along
 
 /// Identifies a row from step to step.
 struct RowName {

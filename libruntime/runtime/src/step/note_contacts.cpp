@@ -8,6 +8,7 @@ void noteContacts(const RowSet& set, const Configuration& before, const StepPart
   StepMemory& memory = parts.memory;
   const QpAnswer& answer = memory.answer;
   memory.contact_count = 0;
+  const Eigen::Matrix3d rotation = memory.graphic.orientation.toRotationMatrix();
   Eigen::Matrix3d back;  // from now to before
   if (parts.rubsOrGives()) back = (before.orientation * memory.graphic.orientation.conjugate()).toRotationMatrix();
   for (std::size_t k = 0; k < answer.active_count; ++k) {
@@ -22,19 +23,17 @@ void noteContacts(const RowSet& set, const Configuration& before, const StepPart
       contact.normal[static_cast<Eigen::Index>(axis)] = static_cast<double>(set.rows.a[axis][row]) / weight;
     contact.force = scene.pull.translation * answer.multiplier[k] * weight;
     const std::uint32_t tool_slot = name.pair >> 16, slot = name.pair & 0xffff;
-    const Sphere& ball = scene.tool.spheres[tool_slot];
     const CompiledShape& shape = scene.shapeOf(name.object);
     // A coarse set has inner nodes, which represent no particular leaf.
-    const std::uint32_t tool_leaf = scene.tool.item[tool_slot],
+    const std::uint32_t tool_item = scene.toolTree(!set.along).item[tool_slot],
                         item = memory.feelsSkin(name.object) ? shape.skin.tree.item[slot] : shape.leaves.item[slot];
-    if (tool_leaf == kNoItem || item == kNoItem) {
+    if (tool_item == kNoItem || item == kNoItem) {
       --memory.contact_count;
       continue;
     }
-    contact.tool_leaf = scene.tool_nodes[tool_leaf];
+    contact.tool_leaf = set.along ? scene.hulls.part[tool_item] : scene.tool_nodes[tool_item];
     contact.element = contact.on_skin ? item : shape.nodes[item];
-    const Eigen::Vector3d arm = memory.graphic.orientation * Eigen::Vector3d(ball.x, ball.y, ball.z);
-    contact.point = memory.graphic.position + arm - static_cast<double>(ball.radius) * contact.normal;
+    contact.point = memory.graphic.position + parts.armOf(set, row, name, contact.normal, rotation);
     if (!parts.rubsOrGives()) continue;
     contact.friction = scene.pull.translation * memory.active_rubbing[k];
     const std::uint32_t body = memory.objects[name.object].body;

@@ -23,7 +23,7 @@ struct Tangents {
 
 // Two tangents that are perpendicular to the unit vector `n` and to each other.
 // Paper: T. Duff et al. Building an orthonormal basis, revisited. Journal of Computer Graphics Techniques 6(1), 2017.
-Tangents tangentsOf(const double (&n)[3]) {
+Tangents tangentsOf(const Eigen::Vector3d& n) {
   const double sign = std::copysign(1.0, n[2]), a = -1 / (sign + n[2]), b = n[0] * n[1] * a;
   return {{1 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]}, {b, sign + n[1] * n[1] * a, -n[1]}};
 }
@@ -163,15 +163,9 @@ int ContactSolver::takeIn(std::uint32_t row, double multiplier, bool is_stop) {
 void ContactSolver::addDisc(int k, const RowName& name) {
   const auto at = static_cast<std::size_t>(k), d = static_cast<std::size_t>(problem_.disc_count++);
   const double weight = static_cast<double>(rows_.weight[row_[at]]);
-  const Sphere& ball = scene_.tool.spheres[name.pair >> 16];
-  const double centre[3] = {ball.x, ball.y, ball.z}, radius = static_cast<double>(ball.radius);
-  double normal[3], arm[3], force[3];
   const Eigen::Vector3d* const rubbing = parts_.rubbingOf(name);
-  for (int i = 0; i < 3; ++i) {
-    normal[i] = problem_.rows[at].a[i] / weight;
-    arm[i] = rotation_(i, 0) * centre[0] + rotation_(i, 1) * centre[1] + rotation_(i, 2) * centre[2] - radius * normal[i];
-    force[i] = rubbing ? (*rubbing)[i] : 0;
-  }
+  const Eigen::Vector3d normal = problem_.rows[at].a.head<3>() / weight, arm = parts_.armOf(rows_, row_[at], name, normal, rotation_),
+                        force = rubbing ? *rubbing : Eigen::Vector3d::Zero();
   disc_[at] = static_cast<int>(d);
   const Tangents& t = tangents_[d] = tangentsOf(normal);
   friction_[d] = scene_.objects[name.object].friction * weight;

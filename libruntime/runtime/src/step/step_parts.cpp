@@ -9,6 +9,7 @@ namespace {
 
 constexpr int kMaxRelaxations = 16;      // in one QP with conflicting rows
 constexpr std::uint32_t kFeltWork = 12;  // cost of 8 felt rows, in groups of rows
+constexpr std::uint32_t kHullWork = 4;   // cost of 8 rows of hulls, in rows of balls
 
 class Stage {
  public:
@@ -49,6 +50,20 @@ Displacement StepParts::displacement(const Vector6& y) const {
   return {Eigen::Vector3d(y[0], y[1], y[2]), Eigen::Vector3d(y[3], y[4], y[5]) / scene.angle_length};
 }
 
+std::uint32_t StepParts::costOfRow() const { return scene.hulls.empty() ? 1 : kHullWork; }
+
+Eigen::Vector3d StepParts::armOf(const RowSet& rows, std::uint32_t row, const RowName& name, const Eigen::Vector3d& normal,
+                                 const Eigen::Matrix3d& rotation) const {
+  if (!rows.along) {
+    const Sphere& ball = scene.tool.spheres[name.pair >> 16];
+    return rotation * centreOf(ball) - double{ball.radius} * normal;
+  }
+  // The row has the lever arm x normal, which leaves the part of the arm along the normal open.
+  Eigen::Vector3d lever;
+  for (int i = 0; i < 3; ++i) lever[i] = double{rows.rows.a[static_cast<std::size_t>(3 + i)][row]};
+  return scene.angle_length / double{rows.weight[row]} * normal.cross(lever) + double{rows.along[row]} * normal;
+}
+
 PairSet StepParts::search(const Configuration& pose, double margin, PairsOf of) {
   const Stage stage(times_ ? &times_->find : nullptr);
   const std::uint32_t max_work = scene.step_limits.max_work;
@@ -63,7 +78,7 @@ PairSet StepParts::search(const Configuration& pose, double margin, PairsOf of) 
 
 RowSet StepParts::rows(const PairSet& set, const Configuration& pose, RowForm form, const Eigen::Matrix3d& axes) {
   const Stage stage(times_ ? &times_->rows : nullptr);
-  result.work += 2 * groups(set.pairs.size());
+  result.work += 2 * costOfRow() * groups(set.pairs.size());
   ++result.linearisations;
   result.rows = static_cast<std::uint32_t>(set.pairs.size());
   if (memory.tissue && form == RowForm::TrueDistance) memory.tissue->placePatches(set);
@@ -88,7 +103,7 @@ void StepParts::addFelt(const PairSet& set, const Configuration& pose, double ma
   addFeltRows(felt_, pose, margin, rows, memory);
   if (scene.has_soft) shiftSoft(felt_, rows.guarded, rows);
   result.rows = rows.rows.count;
-  result.work += kFeltWork * groups(felt_.pairs.size());
+  result.work += kFeltWork * costOfRow() * groups(felt_.pairs.size());
   findActive(set);
 }
 

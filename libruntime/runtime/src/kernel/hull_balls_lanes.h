@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which ball of a hull of the tool touches a triangle or a ball. A hull is the union of the balls between its own, so a
+// row of a hull is that of one of them. docs/algorithms/runtime/hull_rows.md
+#pragma once
+
+#include "kernel/row_parts_lanes.h"
+
+namespace spheretree::runtime {
+namespace {
+
+constexpr float kJoint = 1e-4f;  // in weights of balls: a touch may be beyond the end of a part by this, so that rounding leaves no slit
+
+// 8 parts of hulls, in the axes of the object: ball 0 of a part is where ToolBalls has its centre.
+struct HullParts {
+  Vector8 first, span1, span2;  // centre of ball 0; from it to balls 1 and 2: zero if there are none
+  F8 radius, rise1, rise2;      // of ball 0; radii of balls 1 and 2 minus that
+  U8 way;
+  I8 is_cone, is_slab;  // neither: a ball
+
+  HullParts(const RowRequest& q, std::uint32_t i, const ToolBalls& balls) : first(balls.centre), radius(balls.radius) {
+    const Sphere *one[8], *two[8];
+    for (std::uint32_t k = 0; k < 8; ++k) {
+      const std::uint32_t slot = q.pairs[i + k < q.count ? i + k : q.count - 1] >> 16;
+      one[k] = q.hulls.span1 + slot;
+      two[k] = q.hulls.span2 + slot;
+      way[k] = q.hulls.way[slot];
+    }
+    F8 x, y, z;
+    transpose(one, x, y, z, rise1);
+    span1 = turn(x, y, z, q.pose.rotation);
+    transpose(two, x, y, z, rise2);
+    span2 = turn(x, y, z, q.pose.rotation);
+    const F8 zero = splat(0);
+    is_slab = dot(span2, span2) > zero;
+    is_cone = (dot(span1, span1) > zero) & ~is_slab;
+  }
+};
+
+// A ball of a part by its weights, and how far the cone or slab is from what it touches, as if it had no ends.
+struct HullTouch {
+  F8 w1, w2;  // of balls 1 and 2
+  F8 gap;
+  I8 within;  // the part, and not beyond its end
+};
+
+inline F8 dividedBy(const F8& a, const F8& b) {
+  const I8 is_zero = b == splat(0);
+  return select(is_zero, splat(0), a / select(is_zero, splat(1), b));
+}
+
+inline I8 areWeights(const F8& w1, const F8& w2) {
+  const F8 low = splat(-kJoint);
+  return (w1 >= low) & (w2 >= low) & (w1 + w2 <= splat(1 + kJoint));
+}
+
+// The ball of each cone that is nearest to the segment from `a` to a + d. The distance of a point at height z along the
+// axis and rho beside it is rho cos - z sin - r_0, with the sine of the half angle; it is convex along the segment.
+inline HullTouch coneAt(const HullParts& h, const Vector8& a, const Vector8& d) {
+  const F8 zero = splat(0), one = splat(1), half = splat(0.5f);
+  const F8 length = squareRoot(dot(h.span1, h.span1)), inverse = dividedBy(one, length);
+  const Vector8 axis = inverse * h.span1, from = a - h.first;
+  const F8 sine = h.rise1 * inverse, cosine = squareRoot(maxOf(one - sine * sine, splat(1e-6f)));
+  const F8 z0 = dot(axis, from), dz = dot(axis, d);
+  const Vector8 beside = from - z0 * axis, d_beside = d - dz * axis;
+  const F8 m2 = dot(d_beside, d_beside);
+  // A segment along the axis touches at the middle of the part: others hold its ends.
+  const I8 crosses = m2 > splat(1e-8f) * dot(d, d);
+  const F8 s0 = select(crosses, -dividedBy(dot(beside, d_beside), m2), dividedBy(half * length - z0, dz));
+  const Vector8 nearest = beside + s0 * d_beside;
+  const F8 slope = dividedBy(sine * dz, cosine * squareRoot(m2)), flat2 = one - slope * slope;
+  const F8 further = squareRoot(dividedBy(dot(nearest, nearest), m2)) * dividedBy(slope, squareRoot(maxOf(flat2, splat(1e-6f))));
+  const F8 s = clamp01(select(crosses, s0 + further, s0));
+  const Vector8 at = beside + s * d_beside;
+  const F8 z = z0 + s * dz, rho = squareRoot(dot(at, at));
+  HullTouch touch{inverse * (z + rho * sine / cosine), zero, rho * cosine - z * sine - h.radius, {}};
+  touch.within = areWeights(touch.w1, zero);
+  return touch;
+}
+
+// The ball of each slab that is nearest to `point`, on the face of the slab that is turned to it.
+inline HullTouch slabAt(const HullParts& h, const Vector8& point) {
+  const F8 one = splat(1), zero = splat(0);
+  const Vector8 across = cross(h.span1, h.span2);
+  const F8 square = dot(across, across), inverse2 = dividedBy(one, square), inverse = squareRoot(inverse2);
+  const Vector8 to1 = inverse2 * cross(h.span2, across), to2 = inverse2 * cross(across, h.span1);  // to1 . span1 = 1, to1 . span2 = 0
+  const Vector8 from = point - h.first, fall = h.rise1 * to1 + h.rise2 * to2;
+  const F8 height = inverse * dot(across, from), side = select(height < zero, zero - one, one);
+  const F8 upright = squareRoot(maxOf(one - dot(fall, fall), splat(1e-6f)));
+  const Vector8 normal = (side * upright * inverse) * across - fall;
+  const Vector8 centre = from - (size(height) / upright) * normal;
+  HullTouch touch{dot(to1, centre), dot(to2, centre), dot(normal, from) - h.radius, {}};
+  touch.within = areWeights(touch.w1, touch.w2) & (square > zero);
+  return touch;
+}
+
+// Moves the balls of the lanes in `which` to these weights, or to the nearest ones within the part.
+inline void moveTo(const I8& which, const F8& w1, const F8& w2, const HullParts& h, ToolBalls& balls) {
+  const F8 zero = splat(0), one = splat(1), u = maxOf(w1, zero), v = maxOf(w2, zero), share = one / maxOf(one, u + v),
+           a = select(which, share * u, zero), b = select(which, share * v, zero);
+  const Vector8 way = a * h.span1 + b * h.span2;
+  balls.centre = select(which, h.first + way, balls.centre);
+  balls.arm = select(which, balls.centre - balls.offset, balls.arm);
+  balls.radius = select(which, h.radius + a * h.rise1 + b * h.rise2, balls.radius);
+}
+
+// What the balls of 8 pairs are for. Of a part's three items, one has the felt row of the smooth patch, and the others
+// those of sharp sides.
+struct HullBalls {
+  I8 within;         // the ball is one that this item answers for: its guaranteed row counts
+  I8 is_ball;        // neither a cone nor a slab
+  I8 smooth, sharp;  // a cone or slab whose felt row is that of the smooth patch, or of the sharp side `way`
+  F8 nearest;        // lower bound of the distance of the cone or slab from the triangle
+  U8 way;
+};
+constexpr HullBalls kOnlyBalls{~I8{}, ~I8{}, I8{}, I8{}, F8{}, U8{}};
+
+inline I8 isSharp(const Patches& p, const U8& side) { return (I8)((p.flags >> side) & splatU(1)) != 0; }
+
+// Cones touch side `way` of the triangle, slabs corner `way`.
+inline HullBalls touchTriangles(const HullParts& h, const Patches& p, ToolBalls& balls) {
+  const F8 zero = splat(0);
+  const I8 is_ball = ~(h.is_cone | h.is_slab), sharp0 = isSharp(p, splatU(0)), sharp1 = isSharp(p, splatU(1)),
+           first_smooth = sharp0 & ((I8)splatU(1) - sharp1), sharp = isSharp(p, h.way);
+  HullBalls out{is_ball, is_ball, ~is_ball & ~sharp & ((I8)h.way == first_smooth), ~is_ball & sharp, splat(__builtin_inff()), h.way};
+  if (maskOf(is_ball) == 0xff) return out;
+  F8 w1 = zero, w2 = zero;
+#pragma GCC unroll 1
+  for (unsigned k = 0; k < 3; ++k) {
+    const Vector8& a = p.position[k];
+    const HullTouch cone = coneAt(h, a, p.position[(k + 1) % 3] - a), slab = slabAt(h, a);
+    const I8 mine = ((I8)h.way == (I8)splatU(k)) & ~is_ball;
+    w1 = select(mine, select(h.is_slab, slab.w1, cone.w1), w1);
+    w2 = select(mine, select(h.is_slab, slab.w2, zero), w2);
+    out.within = out.within | (mine & ((h.is_slab & slab.within) | (h.is_cone & cone.within)));
+    out.nearest = minOf(out.nearest, select(h.is_slab, slab.gap, cone.gap));
+  }
+  moveTo(~is_ball, w1, w2, h, balls);
+  return out;
+}
+
+// Of the three items of a part, the first one touches a ball.
+inline I8 touchBalls(const HullParts& h, const Vector8& centre, ToolBalls& balls) {
+  const Vector8 none{splat(0), splat(0), splat(0)};
+  const HullTouch cone = coneAt(h, centre, none), slab = slabAt(h, centre);
+  const I8 is_ball = ~(h.is_cone | h.is_slab);
+  moveTo(~is_ball, select(h.is_slab, slab.w1, cone.w1), select(h.is_slab, slab.w2, splat(0)), h, balls);
+  return is_ball | (((I8)h.way == 0) & ((h.is_slab & slab.within) | (h.is_cone & cone.within)));
+}
+
+}  // namespace
+}  // namespace spheretree::runtime

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rows of hulls against searches over many balls of each. Subject: rows.h
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "rows/rows.h"
+#include "search/find_pairs.h"
+#include "state/step_memory.h"
+#include "support/row_dot.h"
+#include "support/sample_hulls.h"
+#include "support/triangle_distance.h"
+
+namespace spheretree::runtime {
+namespace {
+
+using Eigen::Vector3d;
+using test::Random;
+
+struct HullRig {
+  SphereTree tool;
+  Skin skin;
+  Scene scene;
+  std::unique_ptr<Workspace> workspace;
+  PairSet pairs, felt;
+  RowSet rows;
+
+  HullRig(const Hulls& hulls, Skin of, Kernel kernel = Kernel::Best) : tool(test::toolOf(hulls)), skin(std::move(of)) {
+    SceneDescription d;
+    d.tool = tool;
+    d.objects.push_back({test::withSkin(test::oneBallTree(1), skin), {}});
+    std::string fault;
+    EXPECT_TRUE(compileScene(d, scene, fault)) << fault;
+    workspace = std::make_unique<Workspace>(scene, kernel);
+  }
+  void make(const Configuration& pose, double margin, bool has_felt = false) {
+    StepMemory& memory = workspace->memory();
+    pairs = findPairs(pose, margin, PairsOf::ContactSurface, 1u << 30, memory);
+    rows = makeRows(pairs, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), memory);
+    felt = feltPairs(pairs, margin, memory);
+    if (has_felt) addFeltRows(felt, pose, margin, rows, memory);
+  }
+  bool isIn(std::uint32_t row) const { return rows.b[row] > -1e29f && test::rowDot(rows, row, Vector6::Ones()) != 0; }
+  double gap(std::uint32_t row) const { return static_cast<double>(-rows.b[row] / rows.weight[row]); }
+  Vector3d normal(std::uint32_t row) const {
+    Vector3d n;
+    for (std::size_t k = 0; k < 3; ++k) n[static_cast<Eigen::Index>(k)] = static_cast<double>(rows.rows.a[k][row] / rows.weight[row]);
+    return n;
+  }
+};
+
+/// Calls `visit` with the balls at a grid of weights of each part: centre in the frame of the object, and radius.
+template <class Visit>
+void forBalls(const Hulls& hulls, const Configuration& pose, int grid, const Visit& visit) {
+  for (const HullPart& part : hulls.parts) {
+    const std::size_t count = ballCount(part);
+    std::array<Vector3d, 3> c;
+    std::array<double, 3> r{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Sphere& s = hulls.balls[part[k < count ? k : 0]];
+      c[k] = pose.orientation * centreOf(s) + pose.position;
+      r[k] = double{s.radius};
+    }
+    for (int i = 0; i <= (count > 1 ? grid : 0); ++i)
+      for (int j = 0; j <= (count > 2 ? grid - i : 0); ++j) {
+        const double u = static_cast<double>(i) / grid, v = static_cast<double>(j) / grid;
+        visit(Vector3d(c[0] + u * (c[1] - c[0]) + v * (c[2] - c[0])), r[0] + u * (r[1] - r[0]) + v * (r[2] - r[0]));
+      }
+  }
+}
+
+double distanceOf(const Hulls& hulls, const Configuration& pose, const Skin& skin, int grid) {
+  double least = std::numeric_limits<double>::infinity();
+  forBalls(hulls, pose, grid, [&](const Vector3d& c, double r) {
+    for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
+      const SkinPatch patch = patchOf(skin, t);
+      least = std::min(least, test::distanceToTriangle(c, {patch.position[0].cast<double>(), patch.position[1].cast<double>(),
+                                                           patch.position[2].cast<double>()}) -
+                                  r);
+    }
+  });
+  return least;
+}
+
+Hulls slab() {
+  return test::hullsOf({test::ballAt({0, 0, 0}, 0.5), test::ballAt({2, 0, 0}, 0.3), test::ballAt({0.5, 1.5, 0}, 0.8)},
+                       {{0, kNoHullBall, kNoHullBall},
+                        {1, kNoHullBall, kNoHullBall},
+                        {2, kNoHullBall, kNoHullBall},
+                        {0, 1, kNoHullBall},
+                        {1, 2, kNoHullBall},
+                        {2, 0, kNoHullBall},
+                        {0, 1, 2}},
+                       1);
+}
+
+std::vector<Hulls> sampleHulls() {
+  return {test::ballHull(0.7),
+          test::rodHulls({-2, 0, 0}, 0.8, {2, 0, 0}, 0.3, 1),
+          test::rodHulls({-2, 0, 0}, 0.8, {2, 0, 0}, 0.3, 4),
+          test::rodHulls({-2, 0, 0}, 0.5, {2, 0, 0}, 0.5, 1),
+          slab(),
+          test::discHulls(2, 0.5, 12)};
+}
+
+// The smallest gap of the rows is the distance of the hulls and the triangles: they hold every way in which the two may
+// touch.
+TEST(HullRows, TheSmallestGapIsThatOfManyBalls) {
+  const Vector3d half(1.5, 1, 2);
+  int met = 0;
+  for (const Hulls& hulls : sampleHulls()) {
+    HullRig rig(hulls, test::boxSkin(half));
+    Random random(7);
+    for (int n = 0; n < 200; ++n) {
+      const Configuration pose{random.inCube(4), test::randomRotation(random)};
+      const double distance = distanceOf(hulls, pose, rig.skin, 40);
+      if (distance < 0.02 || distance > 2) continue;
+      rig.make(pose, 2.5);
+      ++met;
+      ASSERT_LE(static_cast<double>(rig.rows.smallest_gap), distance + 1e-5) << "hulls of " << hulls.parts.size() << " parts, pose " << n;
+      ASSERT_GE(static_cast<double>(rig.rows.smallest_gap), distance - 6e-3) << "hulls of " << hulls.parts.size() << " parts, pose " << n;
+    }
+  }
+  EXPECT_GT(met, 300);
+}
+
+// A row is the derivative of the gap: the smallest gap changes by it when the tool moves a little.
+TEST(HullRows, AreTheDerivativesOfTheSmallestGap) {
+  int met = 0;
+  for (const Hulls& hulls : sampleHulls()) {
+    HullRig rig(hulls, test::boxSkin({1.5, 1, 2}));
+    Random random(8);
+    for (int n = 0; n < 200; ++n) {
+      const Configuration pose{random.inCube(4), test::randomRotation(random)};
+      rig.make(pose, 2.5);
+      const auto gap = static_cast<double>(rig.rows.smallest_gap);
+      if (gap < 0.05 || gap > 2) continue;
+      const double length = rig.scene.compiled().angle_length;
+      for (int k = 0; k < 6; ++k) {
+        constexpr double kStep = 2e-3;
+        Vector6 y = Vector6::Zero();
+        y[k] = kStep;
+        rig.make(pose, 2.5);
+        double predicted = std::numeric_limits<double>::infinity();
+        for (std::uint32_t row = 0; row < rig.rows.rows.count; ++row)
+          if (rig.isIn(row)) predicted = std::min(predicted, rig.gap(row) + test::rowDot(rig.rows, row, y));
+        rig.make(moved(pose, {y.head<3>(), y.tail<3>() / length}), 2.5);
+        ASSERT_NEAR(static_cast<double>(rig.rows.smallest_gap), predicted, 2e-5)
+            << "hulls of " << hulls.parts.size() << " parts, pose " << n;
+        ++met;
+      }
+    }
+  }
+  EXPECT_GT(met, 1000);
+}
+
+TEST(HullRows, AreTheSameBitsInBothKernels) {
+  if (!isAvailable(Kernel::Avx2)) GTEST_SKIP() << "this machine has no AVX2";
+  for (const Hulls& hulls : sampleHulls()) {
+    HullRig a(hulls, test::roundSkin(2), Kernel::Scalar), b(hulls, test::roundSkin(2), Kernel::Avx2);
+    Random random(9);
+    for (int n = 0; n < 100; ++n) {
+      const Configuration pose{6 * random.direction(), test::randomRotation(random)};
+      a.make(pose, 1, true);
+      b.make(pose, 1, true);
+      ASSERT_EQ(a.rows.rows.count, b.rows.rows.count);
+      for (std::size_t k = 0; k < 6; ++k) ASSERT_EQ(std::memcmp(a.rows.rows.a[k], b.rows.rows.a[k], a.rows.rows.count * sizeof(float)), 0);
+      ASSERT_EQ(std::memcmp(a.rows.b, b.rows.b, a.rows.rows.count * sizeof(float)), 0);
+      ASSERT_EQ(std::memcmp(a.rows.along, b.rows.along, a.rows.rows.count * sizeof(float)), 0);
+    }
+  }
+}
+
+// On a smooth sphere a convex hull rests with the ball that is nearest to the centre of the sphere.
+TEST(HullRows, FeltRowsAreTheClosedFormOnASmoothSphere) {
+  int met = 0;
+  for (const Hulls& hulls : sampleHulls()) {
+    HullRig rig(hulls, test::roundSkin(4));  // of radius 5
+    Random random(10);
+    for (int n = 0; n < 200; ++n) {
+      const Configuration pose{random.between(5.6, 7.0) * random.direction(), test::randomRotation(random)};
+      double distance = std::numeric_limits<double>::infinity();
+      Vector3d way = Vector3d::Zero();
+      forBalls(hulls, pose, 300, [&](const Vector3d& c, double r) {
+        if (c.norm() - r - 5 < distance) distance = c.norm() - r - 5, way = c.normalized();
+      });
+      if (distance < -0.2 || distance > 0.3) continue;
+      rig.make(pose, 0.4, true);
+      // Beside its foot a ball also gets planes as rows; they lean more.
+      double gap = 0;
+      Vector3d normal = -way;
+      for (std::uint32_t row = rig.rows.guarded; row < rig.rows.rows.count; ++row)
+        if (rig.isIn(row) && (rig.normal(row) - way).norm() < (normal - way).norm()) gap = rig.gap(row), normal = rig.normal(row);
+      ++met;
+      ASSERT_NEAR(gap, distance, 5e-4) << "hulls of " << hulls.parts.size() << " parts, pose " << n;
+      ASSERT_LT((normal - way).norm(), 0.01) << "hulls of " << hulls.parts.size() << " parts, pose " << n;
+    }
+  }
+  EXPECT_GT(met, 100);
+}
+
+}  // namespace
+}  // namespace spheretree::runtime
