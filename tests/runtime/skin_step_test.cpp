@@ -18,12 +18,11 @@ namespace spheretree::runtime {
 namespace {
 
 using Eigen::Vector3d;
+using test::degreesBetween;
 using test::kUpright;
 using test::Random;
 using test::Rig;
 using test::withSkin;
-
-double degreesBetween(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / M_PI; }
 
 TEST(SkinStep, ABallRestsOnTheSmoothSphere) {
   // The finest possible skin of this kind: positions are stored in steps of 1.5e-4 mm.

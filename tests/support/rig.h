@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <utility>
@@ -16,6 +17,11 @@
 namespace spheretree::test {
 
 inline const Quaternion kUpright(1, 0, 0, 0);
+
+inline double degreesBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / M_PI;
+}
+
 inline constexpr std::array kSpeeds{0.05, 0.5, 1.0, 2.0, 50.0};  // [mm] a step: 0.05 to 2 m/s, and one jump
 
 inline runtime::SceneDescription toolAndObject(SphereTree tool, SphereTree object, const Configuration& at = {}) {

@@ -28,7 +28,7 @@ inline Hulls hullsOf(std::vector<Sphere> balls, std::vector<HullPart> parts, std
   hulls.parts = std::move(parts);
   std::ranges::stable_sort(hulls.parts, {}, ballCount);
   std::vector<Sphere> items;
-  for (const HullItem& item : itemsOf(hulls)) items.push_back(enclose(hulls, hulls.parts[item.part]));
+  for (const HullPart& part : hulls.parts) items.push_back(enclose(hulls, part));
   hulls.search = searchTreeOf(items, 8);
   return hulls;
 }

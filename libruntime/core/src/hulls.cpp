@@ -29,13 +29,6 @@ std::string faultIn(const Hulls& hulls, const HullPart& part) {
 
 }  // namespace
 
-std::vector<HullItem> itemsOf(const Hulls& hulls) {
-  std::vector<HullItem> items;
-  for (std::uint32_t part = 0; part < hulls.parts.size(); ++part)
-    for (std::uint32_t way = 0; way < (ballCount(hulls.parts[part]) == 1 ? 1u : 3u); ++way) items.push_back({part, way});
-  return items;
-}
-
 Sphere enclose(const Hulls& hulls, const HullPart& part) {
   std::array<Sphere, 3> balls{};
   const std::size_t count = ballCount(part);
@@ -66,11 +59,10 @@ std::string findFault(const Hulls& hulls) {
   if (!std::ranges::is_sorted(hulls.parts, {}, ballCount)) return "the parts are not in the order of their numbers of balls";
   for (std::size_t i = 0; i < hulls.parts.size(); ++i)
     if (const std::string why = faultIn(hulls, hulls.parts[i]); !why.empty()) return describe("part %zu: %s", i, why.c_str());
-  const std::vector<HullItem> items = itemsOf(hulls);
-  if (std::string fault = findTopologyFault(hulls.search, items.size()); !fault.empty()) return fault;
-  return findSphereFault(hulls.search, [&](const Sphere& s, std::size_t item) {
-    const HullPart& part = hulls.parts[items[item].part];
-    return std::ranges::all_of(part, [&](std::uint16_t ball) { return ball == kNoHullBall || reach(s, hulls.balls[ball]) <= s.radius; });
+  if (std::string fault = findTopologyFault(hulls.search, hulls.parts.size()); !fault.empty()) return fault;
+  return findSphereFault(hulls.search, [&](const Sphere& s, std::size_t part) {
+    return std::ranges::all_of(hulls.parts[part],
+                               [&](std::uint16_t ball) { return ball == kNoHullBall || reach(s, hulls.balls[ball]) <= s.radius; });
   });
 }
 

@@ -59,7 +59,7 @@ float feltRows(const RowRequest& q) {
         normal(p.normal(0), p.normal(1), p.normal(2), p.normal(3), p.normal(4), p.normal(5));
     Foot foot = findFoot(position, normal, balls.centre);
     if (q.hulls.way) {
-      const HullParts parts(q, i, balls);
+      const HullParts parts = partsOf(q, i, balls);
       hull = touchTriangles(parts, p, balls);
       const HullFoot rest = restOnPatches(hull.smooth, parts, position, normal, balls);
       foot.u = select(hull.smooth, rest.u, foot.u);

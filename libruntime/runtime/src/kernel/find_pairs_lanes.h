@@ -2,6 +2,7 @@
 // The search for pairs (find_pairs.h), eight sphere tests at a time. Steps: docs/algorithms/runtime/find_pairs.md
 #pragma once
 
+#include "kernel/hull_balls_lanes.h"
 #include "kernel/kernel.h"
 #include "kernel/vector_lanes.h"
 
@@ -129,6 +130,7 @@ class PairFinder {
     if (hits == 0) return;
     const BlockLinks &links = (kToolIsOne ? view.links : s_.tool_links)[b],
                      &one_links = (kToolIsOne ? s_.tool_links : view.links)[slot >> 3];
+    if (kToolIsOne && s_.hulls.way && (slot & 7) >= one_links.inner) hits &= nearHull(slot, many, view.motion);
     if (!kToolIsOne && view.still_patches && (slot & 7) >= one_links.inner) hits &= nearTriangle(view, slot, many);
     if (hits == 0) return;
     const std::uint32_t name = kToolIsOne ? slot << 16 | b << 3 : b << 19 | slot;
@@ -157,6 +159,19 @@ class PairFinder {
                                        {balls.x, balls.y, balls.z});
     const F8 reach = balls.r + splat(s_.inner_margin + view.allowance);
     return maskOf(square <= reach * reach);
+  }
+
+  // The balls of the object within the margin of a hull: it fills only a small part of its sphere.
+  [[gnu::noinline]] unsigned nearHull(std::uint32_t slot, const Balls& balls, float motion) const {
+    const Sphere *ball[8], *one[8], *two[8];
+    for (unsigned k = 0; k < 8; ++k) ball[k] = s_.hull_balls + slot, one[k] = s_.hulls.span1 + slot, two[k] = s_.hulls.span2 + slot;
+    HullParts h;
+    F8 x, y, z;
+    transpose(ball, x, y, z, h.radius);
+    h.first = turn(x, y, z, pose_.rotation) + splat(pose_.offset[0], pose_.offset[1], pose_.offset[2]);
+    h.setSpans(one, two, pose_.rotation);
+    const F8 gap = gapOf(h, {balls.x, balls.y, balls.z});
+    return maskOf(gap - balls.r <= splat(s_.inner_margin + motion));
   }
 
   // The pairs that are apart in double arithmetic.

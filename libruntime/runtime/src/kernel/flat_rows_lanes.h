@@ -33,7 +33,7 @@ float flatRows(const RowRequest& q) {
   for (std::uint32_t i = 0; i < q.count; i += 8) {
     ToolBalls balls(q, i);
     const Patches p(q, balls);
-    const HullBalls hull = has_hulls ? touchTriangles(HullParts(q, i, balls), p, balls) : kOnlyBalls;
+    const HullBalls hull = has_hulls ? touchTriangles(partsOf(q, i, balls), p, balls) : kOnlyBalls;
     const Vector8 side[3] = {p.position[1] - p.position[0], p.position[2] - p.position[1], p.position[0] - p.position[2]};
     const Vector8 across = cross(side[0], p.position[2] - p.position[0]);
     const F8 area2 = dot(across, across);

@@ -10,31 +10,40 @@ namespace {
 
 constexpr float kJoint = 1e-4f;  // in weights of balls: a touch may be beyond the end of a part by this, so that rounding leaves no slit
 
-// 8 parts of hulls, in the axes of the object: ball 0 of a part is where ToolBalls has its centre.
+// 8 parts of hulls, in the axes of the object.
 struct HullParts {
   Vector8 first, span1, span2;  // centre of ball 0; from it to balls 1 and 2: zero if there are none
   F8 radius, rise1, rise2;      // of ball 0; radii of balls 1 and 2 minus that
   U8 way;
   I8 is_cone, is_slab;  // neither: a ball
 
-  HullParts(const RowRequest& q, std::uint32_t i, const ToolBalls& balls) : first(balls.centre), radius(balls.radius) {
-    const Sphere *one[8], *two[8];
-    for (std::uint32_t k = 0; k < 8; ++k) {
-      const std::uint32_t slot = q.pairs[i + k < q.count ? i + k : q.count - 1] >> 16;
-      one[k] = q.hulls.span1 + slot;
-      two[k] = q.hulls.span2 + slot;
-      way[k] = q.hulls.way[slot];
-    }
+  void setSpans(const Sphere* const (&one)[8], const Sphere* const (&two)[8], const float* rotation) {
     F8 x, y, z;
     transpose(one, x, y, z, rise1);
-    span1 = turn(x, y, z, q.pose.rotation);
+    span1 = turn(x, y, z, rotation);
     transpose(two, x, y, z, rise2);
-    span2 = turn(x, y, z, q.pose.rotation);
+    span2 = turn(x, y, z, rotation);
     const F8 zero = splat(0);
     is_slab = dot(span2, span2) > zero;
     is_cone = (dot(span1, span1) > zero) & ~is_slab;
   }
 };
+
+// Of the pairs from `i` on; the centres of `balls` are those of balls 0.
+inline HullParts partsOf(const RowRequest& q, std::uint32_t i, const ToolBalls& balls) {
+  HullParts h;
+  h.first = balls.centre;
+  h.radius = balls.radius;
+  const Sphere *one[8], *two[8];
+  for (std::uint32_t k = 0; k < 8; ++k) {
+    const std::uint32_t slot = q.pairs[i + k < q.count ? i + k : q.count - 1] >> 16;
+    one[k] = q.hulls.span1 + slot;
+    two[k] = q.hulls.span2 + slot;
+    h.way[k] = q.hulls.way[slot];
+  }
+  h.setSpans(one, two, q.pose.rotation);
+  return h;
+}
 
 // A ball of a part by its weights, and how far the cone or slab is from what it touches, as if it had no ends.
 struct HullTouch {
@@ -53,28 +62,48 @@ inline I8 areWeights(const F8& w1, const F8& w2) {
   return (w1 >= low) & (w2 >= low) & (w1 + w2 <= splat(1 + kJoint));
 }
 
-// The ball of each cone that is nearest to the segment from `a` to a + d. The distance of a point at height z along the
-// axis and rho beside it is rho cos - z sin - r_0, with the sine of the half angle; it is convex along the segment.
+// The axis of each cone.
+struct HullAxis {
+  F8 inverse_length, sine, cosine;  // of the half angle
+  Vector8 unit;
+  explicit HullAxis(const HullParts& h)
+      : inverse_length(dividedBy(splat(1), squareRoot(dot(h.span1, h.span1)))),
+        sine(h.rise1 * inverse_length),
+        cosine(squareRoot(maxOf(splat(1) - sine * sine, splat(1e-6f)))),
+        unit(inverse_length * h.span1) {}
+  // The ball that is nearest to a point at height z along the axis and rho beside it.
+  HullTouch at(const HullParts& h, const F8& z, const F8& rho) const {
+    const F8 zero = splat(0), w1 = inverse_length * (z + rho * sine / cosine);
+    return {w1, zero, rho * cosine - z * sine - h.radius, areWeights(w1, zero)};
+  }
+};
+
+inline HullTouch coneAt(const HullParts& h, const Vector8& point) {
+  const HullAxis axis(h);
+  const Vector8 from = point - h.first;
+  const F8 z = dot(axis.unit, from);
+  const Vector8 beside = from - z * axis.unit;
+  return axis.at(h, z, squareRoot(dot(beside, beside)));
+}
+
+// The same for the segment from `a` to a + d: the distance is convex along it.
 inline HullTouch coneAt(const HullParts& h, const Vector8& a, const Vector8& d) {
-  const F8 zero = splat(0), one = splat(1), half = splat(0.5f);
-  const F8 length = squareRoot(dot(h.span1, h.span1)), inverse = dividedBy(one, length);
-  const Vector8 axis = inverse * h.span1, from = a - h.first;
-  const F8 sine = h.rise1 * inverse, cosine = squareRoot(maxOf(one - sine * sine, splat(1e-6f)));
-  const F8 z0 = dot(axis, from), dz = dot(axis, d);
-  const Vector8 beside = from - z0 * axis, d_beside = d - dz * axis;
+  const F8 one = splat(1), half = splat(0.5f);
+  const HullAxis axis(h);
+  const Vector8 from = a - h.first;
+  const F8 z0 = dot(axis.unit, from), dz = dot(axis.unit, d);
+  const Vector8 beside = from - z0 * axis.unit, d_beside = d - dz * axis.unit;
   const F8 m2 = dot(d_beside, d_beside);
   // A segment along the axis touches at the middle of the part: others hold its ends.
   const I8 crosses = m2 > splat(1e-8f) * dot(d, d);
-  const F8 s0 = select(crosses, -dividedBy(dot(beside, d_beside), m2), dividedBy(half * length - z0, dz));
+  const F8 middle = dividedBy(half, axis.inverse_length);
+  const F8 s0 = select(crosses, -dividedBy(dot(beside, d_beside), m2), dividedBy(middle - z0, dz));
   const Vector8 nearest = beside + s0 * d_beside;
-  const F8 slope = dividedBy(sine * dz, cosine * squareRoot(m2)), flat2 = one - slope * slope;
-  const F8 further = squareRoot(dividedBy(dot(nearest, nearest), m2)) * dividedBy(slope, squareRoot(maxOf(flat2, splat(1e-6f))));
+  const F8 slope = dividedBy(axis.sine * dz, axis.cosine * squareRoot(m2)), flat = squareRoot(maxOf(one - slope * slope, splat(1e-6f)));
+  const F8 further = squareRoot(dividedBy(dot(nearest, nearest), m2)) * (slope / flat);
   const F8 s = clamp01(select(crosses, s0 + further, s0));
   const Vector8 at = beside + s * d_beside;
-  const F8 z = z0 + s * dz, rho = squareRoot(dot(at, at));
-  HullTouch touch{inverse * (z + rho * sine / cosine), zero, rho * cosine - z * sine - h.radius, {}};
-  touch.within = areWeights(touch.w1, zero);
-  return touch;
+  return axis.at(h, z0 + s * dz, squareRoot(dot(at, at)));
 }
 
 // The ball of each slab that is nearest to `point`, on the face of the slab that is turned to it.
@@ -103,10 +132,28 @@ inline void moveTo(const I8& which, const F8& w1, const F8& w2, const HullParts&
   balls.radius = select(which, h.radius + a * h.rise1 + b * h.rise2, balls.radius);
 }
 
-// What the balls of 8 pairs are for. Of a part's three items, one has the felt row of the smooth patch, and the others
+// The distance of a point from a cone with its ends.
+inline F8 gapOfCone(HullParts h, const Vector8& from, const F8& radius, const Vector8& span, const F8& rise, const Vector8& point) {
+  h.first = from, h.radius = radius, h.span1 = span, h.rise1 = rise;
+  const F8 w = clamp01(coneAt(h, point).w1);
+  const Vector8 way = point - (from + w * span);
+  return squareRoot(dot(way, way)) - (radius + w * rise);
+}
+
+// The distance of a point from each part. Beside its face, a slab touches with one of its three cones.
+inline F8 gapOf(const HullParts& h, const Vector8& point) {
+  const F8 side1 = gapOfCone(h, h.first, h.radius, h.span1, h.rise1, point);
+  if (maskOf(h.is_slab) == 0) return side1;
+  const HullTouch slab = slabAt(h, point);
+  const F8 side2 = gapOfCone(h, h.first, h.radius, h.span2, h.rise2, point),
+           side3 = gapOfCone(h, h.first + h.span1, h.radius + h.rise1, h.span2 - h.span1, h.rise2 - h.rise1, point);
+  return select(h.is_slab, select(slab.within, slab.gap, minOf(side1, minOf(side2, side3))), side1);
+}
+
+// What the balls of 8 pairs are for. Of a part's three ways, one has the felt row of the smooth patch, and the others
 // those of sharp sides.
 struct HullBalls {
-  I8 within;         // the ball is one that this item answers for: its guaranteed row counts
+  I8 within;         // the ball is one that this way answers for: its guaranteed row counts
   I8 is_ball;        // neither a cone nor a slab
   I8 smooth, sharp;  // a cone or slab whose felt row is that of the smooth patch, or of the sharp side `way`
   F8 nearest;        // lower bound of the distance of the cone or slab from the triangle
@@ -138,10 +185,9 @@ inline HullBalls touchTriangles(const HullParts& h, const Patches& p, ToolBalls&
   return out;
 }
 
-// Of the three items of a part, the first one touches a ball.
+// Of the three ways of a part, the first one is for a ball.
 inline I8 touchBalls(const HullParts& h, const Vector8& centre, ToolBalls& balls) {
-  const Vector8 none{splat(0), splat(0), splat(0)};
-  const HullTouch cone = coneAt(h, centre, none), slab = slabAt(h, centre);
+  const HullTouch cone = coneAt(h, centre), slab = slabAt(h, centre);
   const I8 is_ball = ~(h.is_cone | h.is_slab);
   moveTo(~is_ball, select(h.is_slab, slab.w1, cone.w1), select(h.is_slab, slab.w2, splat(0)), h, balls);
   return is_ball | (((I8)h.way == 0) & ((h.is_slab & slab.within) | (h.is_cone & cone.within)));

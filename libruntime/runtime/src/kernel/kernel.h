@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 
+#include "scene/compiled_hulls.h"
 #include "scene/compiled_skin.h"
 #include "scene/compiled_tree.h"
 
@@ -69,10 +70,19 @@ struct HitGroup {
   std::uint32_t tool_varies : 1;  // the lanes are slots of the tool, not of the object
 };
 
+/// What a hull of the tool has beside its first ball (CompiledHulls); null for a tool of balls alone.
+struct HullSpans {
+  const Sphere *span1, *span2;
+  const std::uint32_t* way;
+};
+inline HullSpans spansOf(const CompiledHulls& hulls) { return {hulls.span1.data(), hulls.span2.data(), hulls.way.data()}; }
+
 struct PairSearch {
   const Block *tool, *object_roots;
   const BlockLinks* tool_links;
   const std::array<double, 3>* exact_tool;  // (slot) relative to the reference point, tool axes
+  HullSpans hulls;
+  const Sphere* hull_balls;  // (slot of a way) ball 0
   const ObjectView* objects;
   std::uint32_t object_count, near_count;
   double rotation[9];           // tool axes to world axes, row-major
@@ -96,17 +106,11 @@ struct PairSearchResult {
   bool coarse;
 };
 
-/// What a hull of the tool has beside its first ball; null for a tool of balls alone.
-struct HullSpans {
-  const Sphere *span1, *span2;  // (slot) centres and radii of balls 1 and 2 minus those of ball 0; 0 if there are none
-  const std::uint32_t* way;     // (slot) which of the part's items it is
-};
-
 /// Rows of pairs of one object.
 struct RowRequest {
   const std::uint32_t* pairs;  // tool slot << 16 | object slot
   std::uint32_t count;
-  const Sphere* tool;  // (slot) relative to the reference point, tool axes; of a hull: its ball 0
+  const Sphere* tool;  // (slot) relative to the reference point, tool axes; of a hull: ball 0, by the slot of a way
   HullSpans hulls;
   RelativePose pose;             // of the tool in the axes of the object
   float to_world[9];             // axes of the object to world axes, row-major

@@ -26,7 +26,7 @@ float sphereRows(const RowRequest& q) {
     Vector8 c;
     F8 radius;
     transpose(object, c.x, c.y, c.z, radius);
-    const I8 within = q.hulls.way ? touchBalls(HullParts(q, i, balls), c, balls) : kOnlyBalls.within;
+    const I8 within = q.hulls.way ? touchBalls(partsOf(q, i, balls), c, balls) : kOnlyBalls.within;
     const Vector8 way = balls.centre - c;
     const F8 square = dot(way, way), sum = balls.radius + radius;
     const I8 apart = square > splat(1e-20f);  // otherwise the centres coincide, and the normal is +z

@@ -34,7 +34,7 @@ class Requests {
     const CompiledHulls& hulls = memory.scene.hulls;
     has_hulls_ = form == RowForm::TrueDistance && !hulls.empty();
     request_.tool = has_hulls_ ? hulls.ball.data() : memory.scene.tool.spheres.data();
-    if (has_hulls_) request_.hulls = {hulls.span1.data(), hulls.span2.data(), hulls.way.data()};
+    if (has_hulls_) request_.hulls = spansOf(hulls);
     request_.inverse_angle_length = static_cast<float>(1 / memory.scene.angle_length);
     request_.squared = form == RowForm::SquaredDistance;
     request_.max_gap = 0;
@@ -112,13 +112,15 @@ float reachOf(std::uint32_t object, double margin, const StepMemory& memory) {
 }  // namespace
 
 void keepNear(double margin, PairSet& pairs, RowSet& rows, StepMemory& memory) noexcept {
+  const float* const felt_way = memory.rowArray(kFeltWay);
   const std::size_t arrays = rows.along ? kRowArrays : kRowArrays - 1;
   std::uint32_t count = 0;
   for (PairRun& run : memory.runs) {
     const float largest = reachOf(run.object, margin, memory);
     const std::uint32_t begin = count;
     for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i) {
-      if (-rows.b[i] > largest * rows.weight[i]) continue;
+      // The felt row of a hull may be of another ball than the guarded one.
+      if (-rows.b[i] > largest * rows.weight[i] && !(rows.along && felt_way[i] <= largest)) continue;
       memory.pairs[count] = memory.pairs[i];
       for (std::size_t k = 0; k < arrays; ++k) memory.rowArray(k)[count] = memory.rowArray(k)[i];
       ++count;

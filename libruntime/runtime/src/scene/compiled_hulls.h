@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The hulls of a tool (core/hulls.h) in the memory layout of the search and of the rows: a search tree over their
-// items, and for each slot the balls of the part.
+// parts, and for each slot the balls of the part.
 // Units: mm; frame: axes of the tool, origin at its reference point.
 #pragma once
 
@@ -12,15 +12,20 @@
 
 namespace spheretree::runtime {
 
+/// A part touches a triangle in up to three ways: a ball in its nearest point, a cone a side, a slab a corner. The
+/// search finds slots of the tree. A pair with a cone or slab then becomes one for each way: their tool slots are slot +
+/// way * ways_apart.
 struct CompiledHulls {
   CompiledTree tree;
-  std::vector<Sphere> ball;          // (slot) ball 0 of the part; of an inner node: its bounding sphere
-  std::vector<Sphere> span1, span2;  // (slot) balls 1 and 2 minus ball 0; 0 if there are none
-  std::vector<std::uint32_t> way;    // (slot) which of the part's items it is
-  std::vector<std::uint32_t> part;   // (item)
+  std::uint32_t ways_apart = 0;      // number of slots of the tree
+  std::vector<Sphere> ball;          // (slot of a way) ball 0 of the part; of an inner node: its bounding sphere
+  std::vector<Sphere> span1, span2;  // (slot of a way) balls 1 and 2 minus ball 0; 0 if there are none
+  std::vector<std::uint32_t> way;    // (slot of a way)
   float smallest_radius = 0;         // of the balls [mm]
 
   bool empty() const { return ball.empty(); }
+  /// The number of balls of the part in a slot of the tree; 1 for an inner node.
+  std::uint32_t ballsOf(std::uint32_t slot) const { return span1[slot] == Sphere{} ? 1 : span2[slot] == Sphere{} ? 2 : 3; }
 };
 
 /// `origin`: origin of the hulls' frame minus the reference point of the tool.

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <utility>
 
 namespace spheretree::runtime {
 namespace {
@@ -66,6 +67,25 @@ std::vector<FarFace> farFaces(const CompiledTree& tree, std::span<const Compiled
   return out;
 }
 
+// A cone may touch a triangle at a side, a slab at a corner. Of the triangles that share one, the first answers for it.
+// The felt row of a curved patch is that of its first smooth side, and each sharp side has one of its own.
+class HullWays {
+ public:
+  explicit HullWays(const Skin& skin) : side_taken_(skin.edges.size()), corner_taken_(skin.vertices.size()) {}
+  std::uint8_t of(const SkinTriangle& triangle, std::uint32_t flags) {
+    std::uint32_t sides = 0, corners = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!std::exchange(side_taken_[triangle.edge[k]], char{1})) sides |= 1u << k;
+      if (!std::exchange(corner_taken_[triangle.vertex[k]], char{1})) corners |= 1u << k;
+    }
+    const std::uint32_t sharp = flags & 7, felt = (flags & kCurved) == 0 ? 0 : sharp | (~sharp & (sharp + 1) & 7);
+    return static_cast<std::uint8_t>((sides | felt) | (corners | felt) << 3);
+  }
+
+ private:
+  std::vector<char> side_taken_, corner_taken_;
+};
+
 }  // namespace
 
 // The normals are averages of six control vectors: those of the corners, and the Bezier control vectors of the sides. A
@@ -92,6 +112,7 @@ CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin) {
   const std::vector<float> swings = swingsOf(skin);
   const Eigen::Vector3f shift = origin.cast<float>();
   std::vector<Sphere> spheres(skin.triangles.size());
+  HullWays ways(skin);
   out.patch.reserve(skin.triangles.size());
   for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
     const SkinTriangle& triangle = skin.triangles[t];
@@ -107,6 +128,7 @@ CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin) {
       to.flags |= static_cast<std::uint32_t>(patch.is_sharp[k]) << k;
       swing = std::max(swing, swings[triangle.edge[k]]);
     }
+    out.ways.push_back(ways.of(triangle, to.flags));
     to.flags |= swingBits(swing / skin.tolerance) | leanBits(leanOf(patch));
   }
   out.tree = compileTree(skin.search, spheres, origin, TreeOver::Triangles);

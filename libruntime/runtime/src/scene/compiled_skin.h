@@ -42,6 +42,7 @@ struct CompiledSkin {
   CompiledTree tree;                 // its items are the triangles
   std::vector<CompiledPatch> patch;  // (triangle)
   std::vector<FarFace> far;          // (block) of the triangles below the block
+  std::vector<std::uint8_t> ways;    // (triangle) in which a hull may touch it: bits 0 .. 2 of a cone, 3 .. 5 of a slab
   float tolerance = 0;               // allowance of the triangles with a curved patch: they yield by this [mm]
   bool empty() const { return patch.empty(); }
 };

@@ -31,7 +31,7 @@ PairSearch searchFor(const Configuration& pose, const Eigen::Matrix3d& rotation,
   // afterwards: offsets of near objects are at most the two reaches plus the margin.
   const double world_slack = kFloatRounding * (scene.tool.reach + scene.objects_reach + memory.farthest_anchor + root.norm());
   const double slack = kFloatRounding * (2 * (scene.tool.reach + scene.objects_reach) + margin + world_slack);
-  PairSearch search;
+  PairSearch search{};
   const CompiledTree& tool = scene.toolTree(exact);
   search.tool = tool.bound.data();
   search.object_roots = memory.object_roots.data();
@@ -58,8 +58,43 @@ PairSearch searchFor(const Configuration& pose, const Eigen::Matrix3d& rotation,
   search.pairs = memory.pairs.data();
   search.near_counts = memory.near_counts.data();
   search.capacity = scene.step_limits.max_pairs;
+  if (!exact && !scene.hulls.empty()) {
+    search.hulls = spansOf(scene.hulls);
+    search.hull_balls = scene.hulls.ball.data();
+  }
   search.list_capacity = static_cast<std::uint32_t>(memory.open_tool.size());
   return search;
+}
+
+// The ways in which a hull may touch an item of an object, one bit for each.
+std::uint32_t waysOf(std::uint32_t pair, std::uint32_t object, const StepMemory& memory) {
+  const std::uint32_t balls = memory.scene.hulls.ballsOf(pair >> 16);
+  if (balls == 1 || !memory.feelsSkin(object)) return 1;
+  const CompiledSkin& skin = memory.scene.shapeOf(object).skin;
+  return skin.ways[skin.tree.item[pair & 0xffff]] >> (balls == 2 ? 0 : 3) & 7u;
+}
+
+// Each pair with a cone or slab becomes one for each of its ways.
+std::uint32_t spreadWays(std::uint32_t count, std::uint32_t near_count, StepMemory& memory) noexcept {
+  std::uint32_t total = 0, from = 0;
+  for (std::uint32_t n = 0; n < near_count; ++n)
+    for (std::uint32_t k = 0; k < memory.near_counts[n]; ++k)
+      total += static_cast<std::uint32_t>(__builtin_popcount(waysOf(memory.pairs[from++], memory.near[n], memory)));
+  // From the end, so that no pair is overwritten before it is read: all are moved there first.
+  std::uint32_t* const source = memory.pairs.data() + memory.pairs.size() - count;
+  std::copy_backward(memory.pairs.data(), memory.pairs.data() + count, source + count);
+  const std::uint32_t* next = source;
+  std::uint32_t* to = memory.pairs.data();
+  for (std::uint32_t n = 0; n < near_count; ++n) {
+    const std::uint32_t* const begin = to;
+    for (std::uint32_t k = 0; k < memory.near_counts[n]; ++k, ++next) {
+      const std::uint32_t pair = *next;
+      for (std::uint32_t ways = waysOf(pair, memory.near[n], memory); ways; ways &= ways - 1)
+        *to++ = pair + (static_cast<std::uint32_t>(__builtin_ctz(ways)) * memory.scene.hulls.ways_apart << 16);
+    }
+    memory.near_counts[n] = static_cast<std::uint32_t>(to - begin);
+  }
+  return total;
 }
 
 }  // namespace
@@ -78,7 +113,8 @@ PairSet findPairs(const Configuration& pose, double margin, PairsOf of, std::uin
   search.near_count = memory.kernel->findNear(search);
   if (memory.bodies.size() > 1)
     for (std::uint32_t n = 0; n < search.near_count; ++n) follow(memory.near[n], memory);
-  const PairSearchResult found = memory.kernel->findPairs(search);
+  PairSearchResult found = memory.kernel->findPairs(search);
+  if (search.hulls.way && !found.coarse) found.count = spreadWays(found.count, search.near_count, memory);
   memory.turn_count += search.near_count;
 
   memory.runs.clear();

@@ -39,7 +39,8 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
       at_home(scene.objects),
       bodies(scene.body_count),
       moving(scene.body_count) {
-  const std::size_t capacity = scene.step_limits.max_pairs + 16, count = objects.size();
+  // A pair with a hull may become three, beside which it is kept.
+  const std::size_t capacity = scene.step_limits.max_pairs * (scene.hulls.empty() ? 1 : 4) + 16, count = objects.size();
   const std::size_t blocks = std::max(scene.tool.bound.size(), scene.hulls.tree.bound.size());
   turned_tool = std::vector<Block>(blocks);
   turned_when = std::vector<std::uint32_t>(blocks);

@@ -25,13 +25,13 @@ void noteContacts(const RowSet& set, const Configuration& before, const StepPart
     const std::uint32_t tool_slot = name.pair >> 16, slot = name.pair & 0xffff;
     const CompiledShape& shape = scene.shapeOf(name.object);
     // A coarse set has inner nodes, which represent no particular leaf.
-    const std::uint32_t tool_item = scene.toolTree(!set.along).item[tool_slot],
+    const std::uint32_t tool_item = set.along ? scene.hulls.tree.item[tool_slot % scene.hulls.ways_apart] : scene.tool.item[tool_slot],
                         item = memory.feelsSkin(name.object) ? shape.skin.tree.item[slot] : shape.leaves.item[slot];
     if (tool_item == kNoItem || item == kNoItem) {
       --memory.contact_count;
       continue;
     }
-    contact.tool_leaf = set.along ? scene.hulls.part[tool_item] : scene.tool_nodes[tool_item];
+    contact.tool_leaf = set.along ? tool_item : scene.tool_nodes[tool_item];
     contact.element = contact.on_skin ? item : shape.nodes[item];
     contact.point = memory.graphic.position + parts.armOf(set, row, name, contact.normal, rotation);
     if (!parts.rubsOrGives()) continue;

@@ -6,8 +6,6 @@
 // and the radius sum w_i r_i. The hulls are cut into *parts*, none of which is much longer than thick, so that a search
 // over enclosing spheres is narrow. The parts are the corners, edges and faces of the hulls that can touch something:
 // where two parts continue each other in one cone or slab, their common ball or cone is not a part of its own.
-// Parts touch a triangle in three ways: a ball its nearest point, a cone one of its sides, a slab one of its corners.
-// Therefore a part of one ball is one *item* of the search tree, a part of two or three balls is three of them.
 // Paper: P. Li, B. Wang, F. Sun, X. Guo, C. Zhang, W. Wang. Q-MAT: computing medial axis transform by quadratic error
 //         minimization. ACM TOG 35(1), 2015, for hulls of two and three medial balls as primitives of a shape.
 // Units: mm, frame of the tree.
@@ -37,7 +35,7 @@ struct Hulls {
   std::uint32_t count = 0;      // number of hulls before they were cut
   std::vector<Sphere> balls;    // at most kNoHullBall
   std::vector<HullPart> parts;  // of one ball, then of two, then of three
-  SearchTree search;            // over the items: those of part 0, then those of part 1 and so on
+  SearchTree search;            // over the parts
 
   bool empty() const { return parts.empty(); }
   friend bool operator==(const Hulls&, const Hulls&) = default;
@@ -45,13 +43,6 @@ struct Hulls {
 
 /// Number of balls of a part: 1 to 3.
 inline std::size_t ballCount(const HullPart& part) { return part[1] == kNoHullBall ? 1 : part[2] == kNoHullBall ? 2 : 3; }
-
-/// The part of each item, and which of its items it is (0 .. 2).
-struct HullItem {
-  std::uint32_t part;
-  std::uint32_t way;
-};
-std::vector<HullItem> itemsOf(const Hulls& hulls);
 
 /// A sphere that encloses the part. Deterministic.
 Sphere enclose(const Hulls& hulls, const HullPart& part);
