@@ -215,6 +215,11 @@ END
     [ "$(wc -l <r$rate.csv)" -ge $((rate * 99 / 1000)) ] || fail "rows at $rate Hz"
     sed -n '$p' r$rate.csv | awk -F, '{ exit !($19 > 0.1 && $2 > 0.097 && $2 < 0.1) }' || fail "the end of the path at $rate Hz"
   done
+  # A view has a step for each millisecond; as a trajectory the recording is of any rate.
+  expect 4 --replay r4000.csv --picture a.png
+  says "was recorded at 4000 Hz" err
+  expect 0 scene.json --trajectory r4000.csv --clock stepped --json
+  says '"steps": 100' out
 }
 
 case_player_measure() {

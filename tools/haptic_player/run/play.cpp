@@ -203,6 +203,7 @@ RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path
   const formats::SceneFile scene = settings.scene.empty() ? formats::SceneFile() : formats::readScene(settings.scene);
   identity.has_passivity = controlsPassivity(settings, scene);
   if (has_tissue) identity.settings += " tissue=large";
+  if (settings.rate != 1000) identity.settings += " rate=" + std::to_string(std::lround(settings.rate));
   if (settings.scene.empty()) return identity;
   identity.objects.clear();
   for (const formats::SceneItem& object : scene.objects) identity.objects.push_back(object.name);
