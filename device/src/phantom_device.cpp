@@ -74,8 +74,11 @@ void PhantomDevice::openDevice() {
     if (!tried.empty()) tried += "; ";
     tried.append(name ? name : "first device").append(": ").append(errors.empty() ? "no handle" : errors);
   }
-  throw DeviceError(DeviceFault::NotFound,
-                    "no Phantom: " + tried + ". Check power, cable, the rights to its device file, and its name in the vendor's setup");
+  throw DeviceError(
+      DeviceFault::NotFound,
+      "no Phantom: " + tried +
+          ". Check power, cable, the rights to its device file, and its name in the vendor's setup. A Touch without a serial port "
+          "needs TouchDriver 2023 or later, whose setup program needs the Qt that comes with it");
 }
 
 void PhantomDevice::readInfo() {
