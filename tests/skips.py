@@ -21,6 +21,7 @@ CONDITIONS = {
     "no-display": lambda meshes: not (shutil.which("Xvfb") and shutil.which("xdotool")),
     "no-slurm": lambda meshes: not shutil.which("slurmctld"),
     "no-snakemake": lambda meshes: not shutil.which("snakemake"),
+    "no-mono": lambda meshes: not (shutil.which("mcs") and shutil.which("mono")),
     "no-parallel": lambda meshes: not shutil.which("parallel"),
 }
 

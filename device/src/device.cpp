@@ -13,8 +13,6 @@
 namespace spheretree::device {
 namespace {
 
-constexpr std::int64_t kPeriodNs = 1'000'000;
-
 std::int64_t nowNs() noexcept {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -44,6 +42,8 @@ void Device::start(Renderer& renderer, const SafetySettings& safety, Clock clock
   renderer_ = &renderer;
   safety_settings_ = narrowed(safety, info_);
   safety_ = Safety(safety_settings_);
+  clutch_ = Clutch(safety_settings_.clutch_buttons);
+  period_ns_ = std::llround(1e9 * safety_settings_.period);
   clock_ = clock;
   stop_ = rearm_ = restart_ = restarted_ = false;
   pace_ = 1;
@@ -72,20 +72,20 @@ bool Device::step() noexcept {
 }
 
 bool Device::setPace(std::uint32_t periods) noexcept {
-  if (hasOwnClock() && periods > 1) return false;
+  if (!info_.can_step && periods > 1) return false;
   if (periods > 0) single_steps_ = 0;
   pace_ = periods;
   return true;
 }
 
 bool Device::stepOnce() noexcept {
-  if (hasOwnClock()) return false;
+  if (!info_.can_step) return false;
   ++single_steps_;
   return true;
 }
 
 bool Device::restart() noexcept {
-  if (hasOwnClock()) return false;
+  if (!info_.can_step) return false;
   restart_ = true;
   return true;
 }
@@ -94,6 +94,7 @@ bool Device::restart() noexcept {
 bool Device::isDue() noexcept {
   const std::uint32_t pace = pace_.load(std::memory_order_relaxed);
   ++waited_;
+  if (!info_.can_step) return true;  // the motors need a command in each period
   // An emergency stop must reach Phase::Halted, which a step does.
   if ((pace > 0 && waited_ >= pace) || restart_.load(std::memory_order_relaxed) || EmergencyStop::requested()) return true;
   std::uint32_t singles = single_steps_.load(std::memory_order_relaxed);
@@ -122,18 +123,20 @@ DeviceStatus Device::status() const noexcept {
 }
 
 Wrench Device::tick(DeviceState state) noexcept {
-  const bool is_paused = pace_.load(std::memory_order_relaxed) == 0 && hasOwnClock();
+  const bool is_paused = pace_.load(std::memory_order_relaxed) == 0 && !info_.can_step;
   state.tick = ticks_.load(std::memory_order_relaxed) - first_tick_;
   state.restarted = std::exchange(restarted_, false);
-  state.time = clock_ == Clock::Real ? static_cast<double>(nowNs() - started_ns_) * 1e-9 : static_cast<double>(state.tick) * kServoPeriod;
-  if (state.time - last_time_ > 2 * kServoPeriod) late_ticks_.fetch_add(1, std::memory_order_relaxed);
+  state.time = clock_ == Clock::Real ? static_cast<double>(nowNs() - started_ns_) * 1e-9 : static_cast<double>(state.tick) * period();
+  if (state.time - last_time_ > 2 * period()) late_ticks_.fetch_add(1, std::memory_order_relaxed);
   last_time_ = state.time;
   if (rearm_.exchange(false, std::memory_order_relaxed)) safety_.rearm();
   if (EmergencyStop::requested()) safety_.emergencyStop();
   state.added = safety_.passivity().added();
   state.debt = safety_.passivity().debt();
   if (is_paused) state.released = true;  // forces then return gently
-  Wrench wrench = safety_.limit(state, is_paused ? Rendered() : renderer_->render(state));
+  DeviceState seen = state;
+  seen.handle.position = clutch_.follow(state.handle.position, state.buttons);
+  Wrench wrench = safety_.limit(state, is_paused ? Rendered() : renderer_->render(seen));
   if (is_paused)
     wrench = {};
   else
@@ -157,12 +160,13 @@ bool Device::advanceOnce() noexcept {
   if (restart_.exchange(false)) {
     rewind();
     safety_ = Safety(safety_settings_);
+    clutch_ = Clutch(safety_settings_.clutch_buttons);
     first_tick_ = ticks_.load(std::memory_order_relaxed);
     started_ns_ = nowNs();
     last_time_ = 0;
     restarted_ = true;
   } else if (waited_ > 1 && clock_ == Clock::Real) {  // the time of the periods without a step does not count
-    started_ns_ = nowNs() - std::llround(1e9 * last_time_) - kPeriodNs;
+    started_ns_ = nowNs() - std::llround(1e9 * last_time_) - period_ns_;
   }
   waited_ = 0;
   if (advance()) return true;
@@ -173,12 +177,12 @@ bool Device::advanceOnce() noexcept {
 void Device::runRealTime() noexcept {
   std::int64_t due = nowNs();
   while (!stop_.load(std::memory_order_relaxed) && (!isDue() || advanceOnce())) {
-    due += kPeriodNs;
+    due += period_ns_;
     const std::int64_t late = nowNs() - due;
     if (late < 0) {
       sleepUntil(due);
-    } else if (late > kPeriodNs) {  // whole periods are skipped, never caught up in a burst
-      due += late - late % kPeriodNs;
+    } else if (late > period_ns_) {  // whole periods are skipped, never caught up in a burst
+      due += late - late % period_ns_;
     }
   }
 }

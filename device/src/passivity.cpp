@@ -2,6 +2,8 @@
 #include "spheretree/device/passivity.h"
 
 #include <algorithm>
+#include <cmath>
+#include <span>
 
 namespace spheretree::device {
 namespace {
@@ -14,6 +16,12 @@ double energyOf(const Wrench& wrench, const Displacement& way) noexcept {
 bool isZero(const Wrench& wrench) noexcept { return wrench.force.isZero(0) && wrench.torque.isZero(0); }
 
 }  // namespace
+
+PassivityControl::PassivityControl(int delay, double max_damping, double period) noexcept
+    : delay_(delay),
+      span_(std::clamp(static_cast<int>(std::lround(kSpan / period)), 1, kMaxSpan)),
+      max_damping_(max_damping),
+      period_(period) {}
 
 double PassivityControl::debt() const noexcept { return std::max(meant_, 0.0) - taken_; }
 
@@ -34,17 +42,18 @@ Wrench PassivityControl::control(const Configuration& pose, const Wrench& wrench
   }
   double owed = debt();
   for (std::size_t k = 0; k < delay; ++k) owed -= energyOf(actions_[k], way);  // still on the way to the motors
-  std::shift_right(ways_.begin(), ways_.end(), 1);
-  ways_[0] = way;
+  const std::span<Displacement> ways = std::span(ways_).first(static_cast<std::size_t>(span_));
+  std::shift_right(ways.begin(), ways.end(), 1);
+  ways[0] = way;
   Displacement mean;
-  for (const Displacement& w : ways_) {
-    mean.translation += w.translation / kSpan;
-    mean.rotation += w.rotation / kSpan;
+  for (const Displacement& w : ways) {
+    mean.translation += w.translation / span_;
+    mean.rotation += w.rotation / span_;
   }
   const double square = mean.translation.squaredNorm() + kLever * kLever * mean.rotation.squaredNorm();
   if (!(owed > 0 && square > 0) || isZero(wrench)) return wrench;
   // On a way like the last ones, this removes the debt.
-  const double damping = std::min(owed / square, max_damping_ / kServoPeriod);
+  const double damping = std::min(owed / square, max_damping_ / period_);
   return {wrench.force - damping * mean.translation, wrench.torque - damping * kLever * kLever * mean.rotation};
 }
 

@@ -3,33 +3,31 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <thread>
 #include <vector>
 
 #include "hd_api.h"
+#include "nearest_rotation.h"
 
 namespace spheretree::device {
 namespace {
 
 constexpr int kZerosToStop = 3;                   // servo steps with zero wrench before the scheduler is stopped
 constexpr int kMaxErrors = 32;                    // read in one call; a broken driver may report errors without end
-constexpr unsigned long kRate = 1000;             // [Hz]
 constexpr double kMaxTorque[3] = {188, 188, 48};  // the library reports no limit: that of its own example [N mm]
 
-/// `transform`: column-major, millimetres. The rotation of the library is slightly inexact: computes the nearest
-/// rotation by Newton's iteration for the polar factor. Not finite if the matrix is far from any rotation.
+/// `transform`: column-major, millimetres. Not finite if the matrix is far from any rotation.
 Configuration poseOf(const double (&transform)[16]) noexcept {
   const Eigen::Map<const Eigen::Matrix4d> matrix(transform);
-  Eigen::Matrix3d r = matrix.topLeftCorner<3, 3>();
-  constexpr double kFarOff = 0.1;
-  const bool sound = (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kFarOff && r.determinant() > 0;
-  for (int n = 0; n < 3; ++n) r = 1.5 * r - 0.5 * r * r.transpose() * r;
   Configuration pose;
   pose.position = matrix.topRightCorner<3, 1>();
-  pose.orientation = Quaternion(r).normalized();
-  if (!sound) pose.position.setConstant(std::numeric_limits<double>::quiet_NaN());
+  if (const std::optional<Quaternion> rotation = nearestRotation(matrix.topLeftCorner<3, 3>()))
+    pose.orientation = *rotation;
+  else
+    pose.position.setConstant(std::numeric_limits<double>::quiet_NaN());
   return pose;
 }
 
@@ -76,8 +74,11 @@ void PhantomDevice::openDevice() {
     if (!tried.empty()) tried += "; ";
     tried.append(name ? name : "first device").append(": ").append(errors.empty() ? "no handle" : errors);
   }
-  throw DeviceError(DeviceFault::NotFound,
-                    "no Phantom: " + tried + ". Check power, cable, the rights to its device file, and its name in the vendor's setup");
+  throw DeviceError(
+      DeviceFault::NotFound,
+      "no Phantom: " + tried +
+          ". Check power, cable, the rights to its device file, and its name in the vendor's setup. A Touch without a serial port "
+          "needs TouchDriver 2023 or later, whose setup program needs the Qt that comes with it");
 }
 
 void PhantomDevice::readInfo() {
@@ -141,7 +142,7 @@ void PhantomDevice::begin(Clock) {
   accepted([&] { api_->hdEnable(kHdMaxForceClamping); });
   accepted([&] { api_->hdEnable(kHdForceRamping); });
   api_->hdEnable(kHdForceOutput);
-  api_->hdSetSchedulerRate(kRate);
+  api_->hdSetSchedulerRate(static_cast<unsigned long>(std::lround(1 / period())));
   callback_ = api_->hdScheduleAsynchronous(&PhantomDevice::onServo, this, kHdMaxPriority);
   std::string errors = drain();
   if (errors.empty()) {

@@ -11,7 +11,7 @@ namespace spheretree::device {
 namespace {
 
 constexpr double kLargest = 1e6;
-constexpr int kCalmSteps = 3;
+constexpr double kCalmMs = 3;
 constexpr double kRestForce = 1e-3, kRestTorque = 0.05;  // below the smallest command of a 16-bit device [N, N mm]
 
 /// `to`, or the nearest wrench that is reached by a decrease followed by an increase of at most `rise`. A decrease is
@@ -30,7 +30,8 @@ bool isFinite(const Wrench& wrench) { return wrench.force.allFinite() && wrench.
 
 std::string findFault(const SafetySettings& s) {
   constexpr double tiny = 1e-9;
-  const Range ranges[] = {{"max_force", s.max_force, tiny, kLargest},
+  const Range ranges[] = {{"period", s.period, 1.0 / 8000, 1.0 / 500},
+                          {"max_force", s.max_force, tiny, kLargest},
                           {"max_torque x", s.max_torque.x(), tiny, kLargest},
                           {"max_torque y", s.max_torque.y(), tiny, kLargest},
                           {"max_torque z", s.max_torque.z(), tiny, kLargest},
@@ -57,6 +58,7 @@ std::string findFault(const SafetySettings& s) {
                           {"warm", s.warm, tiny, 1},
                           {"cool", s.cool, tiny, s.warm},
                           {"thermal_rate", s.thermal_rate, tiny, 0.5},
+                          {"carried_weight", s.carried_weight, 0, 5},
                           {"passivity_damping", s.passivity_damping, tiny, kLargest},
                           {"delay", static_cast<double>(s.delay), 0, kMaxDelay}};
   return outOfRange(ranges);
@@ -64,9 +66,11 @@ std::string findFault(const SafetySettings& s) {
 
 Safety::Safety(const SafetySettings& settings) noexcept
     : settings_(settings),
+      in_ms_(settings.period / kServoPeriod),
+      thermal_step_(std::pow(1 - settings.thermal_rate, in_ms_)),
       guarded_(settings.start_guard),
       gain_(settings.start_guard ? 0 : 1),
-      passivity_(settings.delay, settings.passivity_damping) {}
+      passivity_(settings.delay, settings.passivity_damping, settings.period) {}
 
 void Safety::rearm() noexcept {
   if (!off_) return;
@@ -83,22 +87,25 @@ void Safety::restart() noexcept {
 Wrench Safety::limit(const DeviceState& state, const Rendered& rendered) noexcept {
   events_ = 0;
   double elapsed = state.time - last_time_;
-  if (!(elapsed >= kServoPeriod)) elapsed = kServoPeriod;  // the minimum is one period, even if the clock reports less or NaN
+  if (!(elapsed >= settings_.period)) elapsed = settings_.period;  // the minimum is one period, even if the clock reports less or NaN
   last_time_ = state.time;
   followTemperature(state.temperature);
-  const double fresh = freshness(rendered, elapsed);
-  Wrench out;
+  const double fresh = freshness(state.age, rendered, elapsed);
+  Wrench out, lift;
   if (mayRender(state, elapsed)) {
     const Wrench wanted = clamped(valid_, state.handle.orientation, true);
     if (guardPassed(wanted)) {
       moveGain(fresh, wanted.force.norm());
       out = clamped(slewed({gain_ * wanted.force, gain_ * wanted.torque}), state.handle.orientation, false);
+      lift.force.y() = gain_ * settings_.carried_weight;
     }
   }
   if (settings_.passivity_control) out = controlled(state.handle, out);
   sent_ = out;
   followContact(elapsed);
-  return sent_;
+  // The weight is no contact, which the rules above are about; it ends with the forces and returns by the ramp.
+  if (lift.force.isZero(0)) return sent_;
+  return clamped({sent_.force + lift.force, sent_.torque}, state.handle.orientation, false);
 }
 
 /// The last rule, since it must know the wrench that is sent.
@@ -121,7 +128,7 @@ bool Safety::mayRender(const DeviceState& state, double elapsed) noexcept {
   if (device_failed_) events_ |= kDeviceFailed;
   if (halted_) events_ |= kEmergencyStop;
   if (off_) events_ |= kForcesOff;
-  if (state.released || (state.buttons & settings_.release_buttons)) {
+  if (state.released || (state.buttons & (settings_.release_buttons | settings_.clutch_buttons))) {
     events_ |= kReleased;
     restart();
   }
@@ -143,7 +150,7 @@ bool Safety::mayRender(const DeviceState& state, double elapsed) noexcept {
 }
 
 /// 1: the wrench is fresh; 0: too old to be rendered at all. Keeps the last valid wrench.
-double Safety::freshness(const Rendered& rendered, double elapsed) noexcept {
+double Safety::freshness(double pose_age, const Rendered& rendered, double elapsed) noexcept {
   if (rendered.failed || !isFinite(rendered.wrench)) {
     failing_ += elapsed;
     events_ |= kRendererFailed;
@@ -151,9 +158,10 @@ double Safety::freshness(const Rendered& rendered, double elapsed) noexcept {
     failing_ = 0;
     valid_ = rendered.wrench;
   }
-  // A delay of the servo loop itself counts like old contacts.
+  // A delay of the servo loop itself, and of the device, counts like old contacts.
   double age = elapsed > settings_.stale_after ? elapsed : 0;
-  if (!(rendered.model_age <= age)) age = std::isnan(rendered.model_age) ? std::numeric_limits<double>::infinity() : rendered.model_age;
+  for (const double other : {rendered.model_age, pose_age})
+    if (!(other <= age)) age = std::isnan(other) ? std::numeric_limits<double>::infinity() : other;
   if (age > settings_.stale_after) events_ |= kStaleModel;
   if (age > settings_.off_after || failing_ > settings_.off_after) off_ = true;
   const double overdue = std::max(age - settings_.stale_after, failing_ - settings_.hold);
@@ -164,7 +172,7 @@ bool Safety::guardPassed(const Wrench& wrench) noexcept {
   if (!guarded_) return true;
   const bool calm = wrench.force.norm() < settings_.guard_force && wrench.torque.norm() < settings_.guard_torque;
   calm_steps_ = calm ? calm_steps_ + 1 : 0;
-  if (calm_steps_ > kCalmSteps) {
+  if (calm_steps_ * in_ms_ > kCalmMs) {
     guarded_ = false;
     return true;
   }
@@ -175,9 +183,9 @@ bool Safety::guardPassed(const Wrench& wrench) noexcept {
 void Safety::moveGain(double freshness, double force) noexcept {
   if (speed_ > settings_.fade_speed && force > settings_.fade_force) {
     events_ |= kTooFast;
-    gain_ = std::max(0.0, gain_ - kServoPeriod / settings_.fade_time);
+    gain_ = std::max(0.0, gain_ - settings_.period / settings_.fade_time);
   } else if (gain_ < 1) {
-    gain_ = std::min(1.0, gain_ + kServoPeriod / settings_.ramp);
+    gain_ = std::min(1.0, gain_ + settings_.period / settings_.ramp);
   }
   gain_ = std::min(gain_, freshness);
   if (gain_ < 1) events_ |= kRamp;
@@ -188,7 +196,7 @@ void Safety::followTemperature(double temperature) noexcept {
   if (temperature < settings_.cool) warm_ = false;
   const double lowest = std::min(
       {1.0, settings_.continuous_force / settings_.max_force, settings_.continuous_torque.cwiseQuotient(settings_.max_torque).minCoeff()});
-  thermal_ = warm_ ? std::max(lowest, thermal_ * (1 - settings_.thermal_rate)) : std::min(1.0, thermal_ / (1 - settings_.thermal_rate));
+  thermal_ = warm_ ? std::max(lowest, thermal_ * thermal_step_) : std::min(1.0, thermal_ / thermal_step_);
   if (thermal_ < 1) events_ |= kWarmMotors;
 }
 
@@ -216,8 +224,8 @@ Wrench Safety::clamped(const Wrench& wrench, const Quaternion& handle, bool repo
 Wrench Safety::slewed(const Wrench& wrench) noexcept {
   if (quick_ && gain_ >= 1) return wrench;
   const bool ramping = gain_ < 1;
-  const Wrench out{risen(sent_.force, wrench.force, ramping ? settings_.ramp_force_slew : settings_.force_slew),
-                   risen(sent_.torque, wrench.torque, ramping ? settings_.ramp_torque_slew : settings_.torque_slew)};
+  const Wrench out{risen(sent_.force, wrench.force, in_ms_ * (ramping ? settings_.ramp_force_slew : settings_.force_slew)),
+                   risen(sent_.torque, wrench.torque, in_ms_ * (ramping ? settings_.ramp_torque_slew : settings_.torque_slew))};
   if (out.force != wrench.force || out.torque != wrench.torque) events_ |= kSlewLimited;
   return out;
 }

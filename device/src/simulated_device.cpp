@@ -9,8 +9,8 @@
 namespace spheretree::device {
 namespace {
 
-constexpr int kSubsteps = 100;  // in a servo step: 10 us each
-constexpr double kSubstep = kServoPeriod / kSubsteps;
+constexpr double kLongestSubstep = 10e-6;  // [s]
+constexpr int kLeastSubsteps = 50;         // in a servo step: with 13, the stiffest stable wall is off by 5 %
 constexpr double kMmPerM = 1000;
 
 constexpr Hand kHands[] = {
@@ -88,6 +88,16 @@ SimulatedDevice::SimulatedDevice(const SimulatedSettings& settings) : settings_(
   SimulatedDevice::rewind();
 }
 
+/// A servo step is a whole number of substeps.
+void SimulatedDevice::begin(Clock) {
+  if (settings_.jitter > 0.4 * period())
+    throw DeviceError(DeviceFault::Refused,
+                      "simulated device: jitter is longer than 0.4 of a servo step: make it shorter, or the rate lower");
+  substeps_ = std::max(kLeastSubsteps, static_cast<int>(std::ceil(period() / kLongestSubstep - 1e-6)));
+  substep_ = period() / substeps_;
+  rewind();
+}
+
 void SimulatedDevice::rewind() noexcept {
   const Configuration first = settings_.path(0);
   handle_ = motor_ = {first.position};
@@ -103,10 +113,10 @@ void SimulatedDevice::rewind() noexcept {
 }
 
 bool SimulatedDevice::advance() noexcept {
-  if (static_cast<double>(steps_) * kServoPeriod >= settings_.duration) return false;
+  if (static_cast<double>(steps_) * period() >= settings_.duration) return false;
   // Drawn before the wrench is computed, so that the random numbers do not depend on it.
   const bool lost = settings_.lost_steps > 0 && random() < settings_.lost_steps;
-  const int next_ahead = settings_.jitter > 0 ? static_cast<int>(std::lround((2 * random() - 1) * settings_.jitter / kSubstep)) : 0;
+  const int next_ahead = settings_.jitter > 0 ? static_cast<int>(std::lround((2 * random() - 1) * settings_.jitter / substep_)) : 0;
   if (!lost) {
     const std::size_t slot = steps_ % pending_.size();
     pending_[slot] = commanded(tick(measured()));
@@ -114,7 +124,7 @@ bool SimulatedDevice::advance() noexcept {
   } else {
     pending_[steps_ % pending_.size()] = pending_[(steps_ + pending_.size() - 1) % pending_.size()];
   }
-  move(kSubsteps + next_ahead - substeps_ahead_);
+  move(substeps_ + next_ahead - substeps_ahead_);
   substeps_ahead_ = next_ahead;
   heat();
   ++steps_;
@@ -149,7 +159,7 @@ Wrench SimulatedDevice::commanded(const Wrench& wrench) const noexcept {
 
 void SimulatedDevice::move(int substeps) noexcept {
   const Hand hand = time_ < settings_.release_at ? settings_.hand : kHands[std::size(kHands) - 1];
-  const double span = substeps * kSubstep;
+  const double span = substeps * substep_;
   const Configuration from = settings_.path(time_), to = settings_.path(time_ + span);
   const Body motor = motor_;
   const Quaternion orientation = orientation_;
@@ -169,7 +179,7 @@ void SimulatedDevice::moveTranslation(int substeps, const Hand& hand, const Eige
                damper = 2 * settings_.mode_damping * omega * settings_.mass / 4 / kMmPerM;
   const double hand_spring = hand.stiffness / kMmPerM, hand_damper = hand.damping / kMmPerM, viscous = settings_.viscous / kMmPerM;
   Eigen::Vector3d goal = target;
-  for (int n = 0; n < substeps; ++n, goal += target_velocity * kSubstep) {
+  for (int n = 0; n < substeps; ++n, goal += target_velocity * substep_) {
     const Body& held = rigid ? motor_ : handle_;
     const Eigen::Vector3d by_hand = hand_spring * (goal - held.position) + hand_damper * (target_velocity - held.velocity);
     const Eigen::Vector3d on_motor =
@@ -177,12 +187,12 @@ void SimulatedDevice::moveTranslation(int substeps, const Hand& hand, const Eige
         (rigid ? by_hand : Eigen::Vector3d(spring * (handle_.position - motor_.position) + damper * (handle_.velocity - motor_.velocity)));
     if (!rigid) {
       const Eigen::Vector3d by_motor = spring * (motor_.position - handle_.position) + damper * (motor_.velocity - handle_.velocity);
-      handle_.velocity += (by_hand + by_motor) * (kMmPerM * kSubstep / handle_mass);
-      handle_.position += handle_.velocity * kSubstep;
+      handle_.velocity += (by_hand + by_motor) * (kMmPerM * substep_ / handle_mass);
+      handle_.position += handle_.velocity * substep_;
     }
     motor_.velocity =
-        rubbed(motor_.velocity + on_motor * (kMmPerM * kSubstep / motor_mass), settings_.coulomb * kMmPerM * kSubstep / motor_mass);
-    motor_.position += motor_.velocity * kSubstep;
+        rubbed(motor_.velocity + on_motor * (kMmPerM * substep_ / motor_mass), settings_.coulomb * kMmPerM * substep_ / motor_mass);
+    motor_.position += motor_.velocity * substep_;
   }
   if (rigid) handle_ = motor_;
 }
@@ -191,13 +201,13 @@ void SimulatedDevice::moveRotation(int substeps, const Hand& hand, const Configu
   // In N m. Over one servo step the rotation is small: rotation vectors from its beginning add up like translations.
   const double inertia = settings_.inertia + hand.inertia;
   const Eigen::Vector3d torque = held_.torque / kMmPerM;
-  const Eigen::Vector3d target_rate = rotationVector(to.orientation * from.orientation.conjugate()) / (substeps * kSubstep);
+  const Eigen::Vector3d target_rate = rotationVector(to.orientation * from.orientation.conjugate()) / (substeps * substep_);
   Eigen::Vector3d goal = rotationVector(from.orientation * orientation_.conjugate()), turned = Eigen::Vector3d::Zero();
-  for (int n = 0; n < substeps; ++n, goal += target_rate * kSubstep) {
+  for (int n = 0; n < substeps; ++n, goal += target_rate * substep_) {
     const Eigen::Vector3d by_hand = hand.angular_stiffness * (goal - turned) + hand.angular_damping * (target_rate - turn_rate_);
     const Eigen::Vector3d all = torque + by_hand - settings_.viscous_rotation * turn_rate_;
-    turn_rate_ = rubbed(turn_rate_ + all * (kSubstep / inertia), settings_.coulomb_rotation / kMmPerM * kSubstep / inertia);
-    turned += turn_rate_ * kSubstep;
+    turn_rate_ = rubbed(turn_rate_ + all * (substep_ / inertia), settings_.coulomb_rotation / kMmPerM * substep_ / inertia);
+    turned += turn_rate_ * substep_;
   }
   orientation_ = (rotationOf(turned) * orientation_).normalized();
 }
@@ -208,7 +218,7 @@ void SimulatedDevice::heat() noexcept {
   const Eigen::Vector3d torque = orientation_.conjugate() * held_.torque;
   for (int k = 0; k < 6; ++k) {
     const double load = k < 3 ? held_.force[k] / settings_.continuous_force : torque[k - 3] / settings_.continuous_torque[k - 3];
-    heat_[k] = std::min(1.0, heat_[k] + (kSteady * load * load - heat_[k]) * (kServoPeriod / settings_.thermal_time));
+    heat_[k] = std::min(1.0, heat_[k] + (kSteady * load * load - heat_[k]) * (period() / settings_.thermal_time));
   }
 }
 

@@ -65,3 +65,10 @@ foreach(example IN ITEMS first_step_in_c:runtime scene_in_c:scene)
   run(${C_COMPILER} -std=c99 -Wall -Wextra -Werror -pedantic ${examples}/${name}.c ${flags} -o ${examples}/${name})
   run_example(${examples}/${name})
 endforeach()
+
+# The servo loop in C.
+execute_process(COMMAND ${CMAKE_COMMAND} -E env PKG_CONFIG_PATH=${pc} ${PKG_CONFIG} --cflags --libs spheretree-servo spheretree-runtime
+  OUTPUT_VARIABLE flags OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+separate_arguments(flags UNIX_COMMAND "${flags}")
+run(${C_COMPILER} -std=c99 -Wall -Wextra -Werror -pedantic ${CONSUMER}/../../servo/servo_in_c.c ${flags} -o ${examples}/servo_in_c)
+run(${CMAKE_COMMAND} -E env LD_LIBRARY_PATH=${libdir} ${examples}/servo_in_c)

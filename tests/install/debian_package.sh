@@ -13,7 +13,8 @@ package=$(ls "$work"/spheretree_*.deb)
 dpkg-deb -c "$package" >"$work/files"
 for file in usr/bin/spheretree usr/bin/haptic-player usr/share/man/man1/spheretree.1 usr/share/man/man1/haptic-player.1 \
   usr/share/bash-completion/completions/spheretree usr/share/fish/vendor_completions.d/haptic-player.fish libspheretree_runtime.so \
-  libspheretree_scene.so spheretree-runtime.pc spheretree-scene.pc spheretree/runtime/runtime.h LICENSE-APACHE-2.0; do
+  libspheretree_scene.so libspheretree_servo.so spheretree-runtime.pc spheretree-scene.pc spheretree-servo.pc \
+  spheretree/runtime/runtime.h spheretree/servo/servo.h LICENSE-APACHE-2.0; do
   grep -q "$file" "$work/files" || { echo "FAILED: the package lacks $file" >&2; exit 1; }
 done
 if grep -q spheretree-tetrahedra "$work/files" && ! grep -q LICENSE-AGPL-3.0 "$work/files"; then

@@ -26,7 +26,8 @@ ROOMS = {
     "formats": ("formats", ["core"], ["Eigen/", "nlohmann/", "tiny_gltf.h", "meshoptimizer", "draco/", "sys/", "unistd.h"]),
     # Both shared libraries export the C interface: scene.cpp reaches what is behind its handles.
     "scene": ("libruntime/scene", ["core", "runtime", "tissue", "formats"], ["Eigen/", "c_handles.h"]),
-    "device": ("device", ["core"], ["Eigen/", "dlfcn.h", "pthread.h", "sched.h", "sys/", "time.h", "unistd.h", "signal.h"]),
+    "device": ("device", ["core"], ["Eigen/", "dlfcn.h", "pthread.h", "sched.h", "sys/", "time.h", "unistd.h", "signal.h", "netinet/", "arpa/", "netdb.h", "poll.h"]),
+    "servo": ("libruntime/servo", ["core", "runtime", "device"], ["Eigen/"]),
     "builder": ("libspheretree", ["core", "tissue"], ["Eigen/", "CGAL/", "OpenMesh/", "tbb/", "oneapi/", "xxhash", "boost/"]),
 }
 PUBLIC_HEADERS = {"builder": 13, "runtime": 3}  # at most

@@ -11,13 +11,13 @@ COUNTS = "libruntime/runtime/include/spheretree/runtime/scene.h", "StepLimits"
 COUPLING = "libruntime/runtime/include/spheretree/runtime/scene.h", "Coupling"
 # Document, struct, and what the document says; `x_ms`: x in milliseconds.
 SENTENCES = [
-    ("docs/device.md", SAFETY, "a jump of {pose_jump} mm in a step"),
+    ("docs/device.md", SAFETY, "a jump of {pose_jump} mm in 1 ms"),
     ("docs/device.md", SAFETY, "the last good wrench for {hold_ms} ms, then a fade of {stale_fade_ms} ms; after {off_after_ms} ms off"),
-    ("docs/device.md", SAFETY, "contacts older than {stale_after_ms} ms, or a servo pause | fade of {stale_fade_ms} ms; older than {off_after_ms} ms: off"),
-    ("docs/device.md", SAFETY, "was below {guard_force} N and {guard_torque} N mm in more than 3 steps"),
-    ("docs/device.md", SAFETY, "gain from 0 to 1 in {ramp} s; rises by at most {ramp_force_slew} N and {ramp_torque_slew} N mm in a step"),
+    ("docs/device.md", SAFETY, "contacts or a pose older than {stale_after_ms} ms, or a servo pause | fade of {stale_fade_ms} ms; older than {off_after_ms} ms: off"),
+    ("docs/device.md", SAFETY, "was below {guard_force} N and {guard_torque} N mm for more than 3 ms"),
+    ("docs/device.md", SAFETY, "gain from 0 to 1 in {ramp} s; rises by at most {ramp_force_slew} N and {ramp_torque_slew} N mm in 1 ms"),
     ("docs/device.md", SAFETY, "with more than {fade_force} N | fades in {fade_time_ms} ms"),
-    ("docs/device.md", SAFETY, "rises by at most {force_slew} N and {torque_slew} N mm in a step, except in the first {contact_start_ms} ms of a contact"),
+    ("docs/device.md", SAFETY, "rises by at most {force_slew} N and {torque_slew} N mm in 1 ms, except in the first {contact_start_ms} ms of a contact"),
     ("docs/device.md", SAFETY, "motor temperature above {warm} (of 0 to 1)"),
     ("docs/device.md", SAFETY, "to the continuous ones ({continuous_force} N), until it is below {cool}"),
     ("docs/device.md", SAFETY, "force vector to {max_force} N; torque vector until no component in handle axes exceeds {max_torque} N mm"),

@@ -6,17 +6,9 @@
 #include <cstdlib>
 #include <new>
 
+#include "support/allocations_in.h"
+
 namespace spheretree::test {
-
-inline thread_local long allocations = 0;  // of this thread so far
-
-/// Number of allocations of this thread in `work`.
-template <class Work>
-long allocationsIn(const Work& work) {
-  const long before = allocations;
-  work();
-  return allocations - before;
-}
 
 [[gnu::noinline]] inline void* countedAllocation(std::size_t size, std::size_t alignment) {
   ++allocations;

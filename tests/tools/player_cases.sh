@@ -167,6 +167,78 @@ case_player_interrupted() {
   [ "$(wc -l <work/run.csv)" -eq $((steps + 1)) ] || fail "not a row for each of $steps steps"
 }
 
+# A simulated hand in one program, the scene in another.
+case_player_devices() {
+  write_touch "$1"
+  # 3 s above the object, while guard and ramp pass; then it presses into it.
+  awk 'BEGIN { print "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz"
+    for (i = 0; i < 6000; ++i) printf "%.3f,0,0,%.4f,1,0,0,0\n", i / 1000, i < 3500 ? 3 : (i < 4500 ? 3 - 0.006 * (i - 3500) : -3) }' >hand.csv
+  "$program" --device simulated --trajectory hand.csv --serve 0 --seconds 30 >served 2>served_err &
+  pid=$!
+  for _ in $(seq 100); do
+    grep -q net: served && break
+    sleep 0.05
+  done
+  address=$(sed -n 's/.*\(net:.*\)/\1/p' served)
+  expect 0 scene.json --device "$address" --seconds 7 --json --record run.csv
+  kill -INT $pid
+  wait $pid || fail "the server's exit code"
+  for words in "\"device\": \"$address\"" '"renders_torque": true' '"rate_hz": 1000'; do says "$words" out; done
+  python3 - out <<'END' || fail "the hand was not felt"
+import json, sys
+run = json.load(open(sys.argv[1]))
+sys.exit(not (run["largest_force_n"] > 0.2 and run["steps"] > 3000 and run["end"] == "complete"))
+END
+  # Nobody serves there now; and what would do nothing or harm is refused.
+  expect 3 scene.json --device "$address"
+  says "does not answer: start the program" err
+  expect 3 scene.json --device net:10.0.0.1:47000
+  says "is another machine" err
+  expect 3 scene.json --device haply --haply-host 127.0.0.1:1
+  says "Start the Haply Inverse Service" err
+  expect 3 scene.json --device dhd --dhd-library /nowhere/libdhd.so
+  says "/nowhere/libdhd.so" err
+  for bad in "--haply-host 127.0.0.1:1" "--dhd-library a.so" "--allow-remote" "--clutch-button 1" "--carried-weight 1" "--device dhd --haply-device 1" \
+    "--device haply --trajectory hand.csv" "--device dhd --clock stepped" "--serve 0" "--rate 100" "--rate 9000" "--rate 2000 --picture a.png" \
+    "--device dhd --carried-weight 9" "--device dhd --clutch-button 0"; do
+    # shellcheck disable=SC2086
+    expect 2 scene.json $bad
+    [ -s err ] || fail "no message for $bad"
+  done
+  expect 2 --scenario F1 --rate 2000
+  says "S1 and S3" err
+  # A trajectory has the same length at each rate, and a recording its own times.
+  write_path path.csv
+  for rate in 500 1000 4000; do
+    expect 0 scene.json --trajectory path.csv --clock stepped --rate $rate --record r$rate.csv --json
+    says "\"rate_hz\": $rate" out
+    [ "$(wc -l <r$rate.csv)" -ge $((rate * 99 / 1000)) ] || fail "rows at $rate Hz"
+    sed -n '$p' r$rate.csv | awk -F, '{ exit !($19 > 0.1 && $2 > 0.097 && $2 < 0.1) }' || fail "the end of the path at $rate Hz"
+  done
+  # A view has a step for each millisecond; as a trajectory the recording is of any rate.
+  expect 4 --replay r4000.csv --picture a.png
+  says "was recorded at 4000 Hz" err
+  expect 0 scene.json --trajectory r4000.csv --clock stepped --json
+  says '"steps": 100' out
+}
+
+case_player_measure() {
+  expect 0 --measure -o device.json
+  says "^latency" out
+  says "^proposed" out
+  python3 - device.json <<'END' || fail "the measures: $(cat device.json)"
+import json, sys
+m = json.load(open(sys.argv[1]))
+ok = m["schema"] == "spheretree.device_measures/1" and m["encoder_count_mm"] == 0.02 and abs(m["rate_hz"] - 1000) < 1e-6
+ok = ok and all(abs(f - 0.2) < 0.02 for f in m["friction_n"]) and abs(m["latency_ms"]) < 0.08 and m["fastest_mm_s"] < 20
+sys.exit(not (ok and 0 < m["proposed"]["stiffness_n_per_mm"] < 10))
+END
+  expect 2 scene.json --measure
+  says "SCENE is not for --measure" err
+  expect 2 -o device.json
+  expect 2 --measure --device replay
+}
+
 case_player_scenario() {
   expect 0 --scenario F17 --quality quick --out stability
   says "^F17 " out

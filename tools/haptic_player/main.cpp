@@ -19,8 +19,10 @@
 #include "model/view_error.h"
 #include "program_end.h"
 #include "progress_bar.h"
+#include "run/measure_device.h"
 #include "run/play.h"
 #include "run/run_notes.h"
+#include "run/serve_device.h"
 #include "run_files.h"
 #include "scenarios/stability.h"
 #include "spheretree/formats/errors.h"
@@ -39,10 +41,10 @@ struct Options {
   ViewOptions view;
   std::string device, mode = "constrained", tissue = "large", modes = "paper,constrained", contact = "skin", clock = "real", scenario,
                       quality = "standard", progress = "auto";
-  std::filesystem::path out, cache, chart;
+  std::filesystem::path out, cache, chart, measures;
   double share = 1, seconds = 0;
-  int turned = 1, threads = 0;
-  bool check_realtime = false, force = false, list = false, json = false, quiet = false, gimbal_torque = false;
+  int turned = 1, threads = 0, clutch_button = -1, serve = -1;
+  bool measure = false, check_realtime = false, force = false, list = false, json = false, quiet = false, gimbal_torque = false;
 };
 
 const std::string kProgram = "haptic-player";
@@ -76,6 +78,8 @@ void refuseUnseenOptions(const CLI::App& cli, const Options& options) {
     throw UsageError("--contact is for --mode constrained: the published algorithm knows only leaves");
   if (options.mode == "paper" && cli.count("--tissue") > 0)
     throw UsageError("--tissue is for --mode constrained: to the published algorithm everything is rigid");
+  if (options.view.isAsked() && cli.count("--rate") > 0)
+    throw UsageError("--rate is not for windows and pictures: they show a step for each millisecond");
   if (!options.view.picture.empty() && options.view.replay.empty() && options.clock == "real" && cli.count("--clock") > 0)
     throw UsageError("--clock real is not for --picture: pictures are those of a stepped run");
   if (options.force && options.out.empty() && options.view.picture.empty()) throw UsageError("--force is for --out and --picture");
@@ -94,9 +98,12 @@ int runBench(const CLI::App& cli, const Options& options, WorkProgress& progress
       return name == "stability.json" || std::ranges::count(std::array{".stree", ".off", ".csv"}, endingOf(name)) > 0;
     });
   }
+  for (const Scenario* scenario : scenarios)
+    if (options.play.rate != 1000 && !scenario->has_rate)
+      throw UsageError("--rate is for the scenarios S1 and S3: " + scenario->id + " has steps of 1 ms. Name those, as --scenario S1,S3");
   const builder::Quality quality = options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard;
   BodyLibrary bodies(quality, contactOf(options), progress, options.cache);
-  ScenarioContext context{bodies, {options.share, options.turned}, progress};
+  ScenarioContext context{bodies, {options.share, options.turned, options.play.rate}, progress};
   if (options.view.isAsked()) {
     if (scenarios.size() != 1) throw UsageError("--view and --picture show one scenario. Name it, as --scenario F5");
     return viewScenario(options.view, *scenarios.front(), context, progress);
@@ -137,7 +144,7 @@ void printSummary(const nlohmann::ordered_json& s) {
               longest["processor_us"].get<double>());
   const auto by_clock = s["steps_over_ms"]["clock"].get<std::uint64_t>(),
              by_processor = s["steps_over_ms"]["processor"].get<std::uint64_t>();
-  printResult("steps over 1 ms    %llu by the clock, %llu by processor time%s\n", static_cast<unsigned long long>(by_clock),
+  printResult("steps too long     %llu by the clock, %llu by processor time%s\n", static_cast<unsigned long long>(by_clock),
               static_cast<unsigned long long>(by_processor), by_clock > by_processor ? ": the others waited for other programs" : "");
   printResult("penetration [mm]   %.4g\n", s["largest_penetration_mm"].get<double>());
   printResult("force [N]          largest %.4g, largest step %.4g\n", s["largest_force_n"].get<double>(),
@@ -161,16 +168,39 @@ bool heldRealTime(nlohmann::ordered_json& summary, bool json) {
   const auto granted = [](const nlohmann::ordered_json& value) { return value.is_null() ? "not asked" : value.get<bool>() ? "yes" : "no"; };
   printResult("granted            priority %s, locked memory %s\n", granted(real_time["priority"]), granted(real_time["memory_locked"]));
   printResult("real time          %s\n",
-              held ? "held: each step began and ended within its millisecond"
-                   : (counted(late, "step") + " began late, " + counted(too_long, "step") + " took over 1 ms").c_str());
+              held ? "held: each step began and ended within its period"
+                   : (counted(late, "step") + " began late, " + counted(too_long, "step") + " took too long").c_str());
   return held;
 }
 
 /// Refuses options of a run beside a recording, which is shown as it was.
 void refuseRunOptions(const CLI::App& cli) {
-  for (const char* name :
-       {"--device", "--trajectory", "--mode", "--contact", "--tissue", "--clock", "--seconds", "--check-realtime", "--hand",
-        "--passivity-control", "--hd-library", "--hd-device", "--hd-calibrate", "--hd-gimbal-torque", "--hand-from", "--record", "--json"})
+  for (const char* name : {"--device",
+                           "--trajectory",
+                           "--mode",
+                           "--contact",
+                           "--tissue",
+                           "--clock",
+                           "--seconds",
+                           "--check-realtime",
+                           "--hand",
+                           "--passivity-control",
+                           "--rate",
+                           "--haply-host",
+                           "--haply-device",
+                           "--dhd-library",
+                           "--allow-remote",
+                           "--serve",
+                           "--measure",
+                           "--clutch-button",
+                           "--carried-weight",
+                           "--hd-library",
+                           "--hd-device",
+                           "--hd-calibrate",
+                           "--hd-gimbal-torque",
+                           "--hand-from",
+                           "--record",
+                           "--json"})
     if (cli.count(name) > 0) throw UsageError(std::string(name) + " is for a run, and --replay shows one that was recorded");
 }
 
@@ -178,7 +208,58 @@ void refuseRunOptions(const CLI::App& cli) {
 void refuseStrayOptions(const CLI::App& cli, const std::string& device) {
   for (const char* name : {"--hd-library", "--hd-device", "--hd-calibrate", "--hd-gimbal-torque"})
     if (device != "phantom" && cli.count(name) > 0) throw UsageError(std::string(name) + " is for --device phantom");
+  for (const char* name : {"--haply-host", "--haply-device"})
+    if (device != "haply" && cli.count(name) > 0) throw UsageError(std::string(name) + " is for --device haply");
+  if (device != "dhd" && cli.count("--dhd-library") > 0) throw UsageError("--dhd-library is for --device dhd");
+  if (device != "haply" && !device.starts_with("net:") && cli.count("--serve") == 0 && cli.count("--allow-remote") > 0)
+    throw UsageError("--allow-remote is for --device haply, --device net:HOST:PORT and --serve");
+  if (!device::isDeviceName(device))
+    for (const char* name : {"--clutch-button", "--carried-weight"})
+      if (cli.count(name) > 0)
+        throw UsageError(std::string(name) + " is for devices that a hand holds: haply, dhd, phantom, net:HOST:PORT");
   if (device != "simulated" && cli.count("--hand") > 0) throw UsageError("--hand is for --device simulated");
+}
+
+/// Refuses options of a scene beside --serve and --measure, which have none.
+void refuseSceneOptions(const CLI::App& cli, const std::string& action) {
+  for (const char* name : {"SCENE", "--mode", "--contact", "--tissue", "--clock", "--check-realtime", "--passivity-control", "--hand-from",
+                           "--record", "--replay", "--view", "--picture"})
+    if (cli.count(name) > 0) throw UsageError(std::string(name) + " is not for " + action + ", which plays no scene");
+}
+
+void printMeasures(const nlohmann::ordered_json& m) {
+  const auto text = [](const nlohmann::ordered_json& value) { return value.is_null() ? std::string("not found") : value.dump(); };
+  const auto& jitter = m["jitter_us"];
+  const auto& friction = m["friction_n"];
+  printResult("%s: %s\n", plainText(m["device"].get<std::string>()).c_str(), m["end"].get<std::string>().c_str());
+  printResult("rate [Hz]          %s, %s steps late\n", text(m["rate_hz"]).c_str(), text(m["late_steps"]).c_str());
+  printResult("jitter [us]        median %s, p99 %s, max %s\n", text(jitter["median"]).c_str(), text(jitter["p99"]).c_str(),
+              text(jitter["max"]).c_str());
+  printResult("latency [ms]       %s\n", text(m["latency_ms"]).c_str());
+  printResult("encoder count [mm] %s\n", text(m["encoder_count_mm"]).c_str());
+  printResult("friction [N]       %s, %s, %s along x, y, z\n", text(friction[0]).c_str(), text(friction[1]).c_str(),
+              text(friction[2]).c_str());
+  printResult("temperature        %s of 1\n", text(m["temperature"]).c_str());
+  if (!m.contains("proposed")) return;
+  printResult("proposed           --rate %s, a stiffness of %s N/mm\n", text(m["proposed"]["rate_hz"]).c_str(),
+              text(m["proposed"]["stiffness_n_per_mm"]).c_str());
+}
+
+int runMeasure(const CLI::App& cli, Options& options) {
+  const RunFiles files;
+  files.willWrite(options.measures, {".json"}, "the measures");
+  if (!options.measures.empty()) formats::checkWritable(options.measures);
+  if (options.play.device == DeviceKind::Simulated) {
+    if (cli.count("--hand") == 0) options.play.hand = "released";  // as a handle that nobody holds
+    options.play.clock = device::Clock::Stepped;
+  }
+  const nlohmann::ordered_json measures = measureDevice(options.play);
+  if (!options.measures.empty()) formats::writeWhole(options.measures, jsonText(measures, 1) + "\n");
+  if (options.json)
+    printResult("%s\n", jsonText(measures, 1).c_str());
+  else
+    printMeasures(measures);
+  return measures["end"] == "complete" ? kExitOk : kExitInterrupted;
 }
 
 int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) {
@@ -188,17 +269,24 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
   // In a window the hand follows an input; the trajectory then gives its start or, with --hand-from file, its path.
   const bool is_driven = play_settings.trajectory.empty() || options.view.view;
   const std::string device = !options.device.empty() ? options.device : is_driven ? "simulated" : "replay";
-  play_settings.device = device == "replay" ? DeviceKind::Replay : device == "phantom" ? DeviceKind::Phantom : DeviceKind::Simulated;
+  const bool is_real = device::isDeviceName(device);
+  play_settings.device = device == "replay" ? DeviceKind::Replay : is_real ? DeviceKind::Real : DeviceKind::Simulated;
+  play_settings.device_name = device;
   refuseStrayOptions(cli, device);
   refuseUnseenOptions(cli, options);
   if (device == "replay" && play_settings.passivity_control)
     throw UsageError("--passivity-control is not for --device replay: no hand takes up its energy");
   if (device == "replay" && play_settings.trajectory.empty()) throw UsageError("--device replay needs --trajectory IN.csv");
-  if (device == "phantom" && !play_settings.trajectory.empty())
-    throw UsageError("--trajectory is not for --device phantom: the hand moves the arm");
-  if (device == "phantom" && options.clock == "stepped")
-    throw UsageError("--clock stepped is not for --device phantom: it has a clock of its own");
-  if (options.gimbal_torque) play_settings.phantom.torque = device::TorqueConvention::Gimbal;
+  if (is_real && !play_settings.trajectory.empty())
+    throw UsageError("--trajectory is not for --device " + device + ": the hand moves the handle");
+  if (is_real && options.clock == "stepped") throw UsageError("--clock stepped is not for --device " + device + ": a hand does not wait");
+  if (options.clutch_button >= 0) play_settings.clutch_buttons = 1u << options.clutch_button;
+  if (options.serve >= 0) refuseSceneOptions(cli, "--serve");
+  if (options.measure) {
+    refuseSceneOptions(cli, "--measure");
+    if (device == "replay" || !play_settings.trajectory.empty()) throw UsageError("--measure is for devices, and a trajectory is none");
+  }
+  if (options.gimbal_torque) play_settings.open.phantom.torque = device::TorqueConvention::Gimbal;
   play_settings.mode = options.mode == "paper" ? runtime::Mode::Published : runtime::Mode::Constrained;
   if (options.check_realtime) {
     if (options.clock == "stepped" || options.view.isAsked())
@@ -214,14 +302,20 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
   files.willWrite(play_settings.record, {".csv"}, "the recording");
   if (options.seconds > 0) play_settings.seconds = options.seconds;
   play_settings.status_line = !options.quiet && ::isatty(STDERR_FILENO);
+  if (options.serve >= 0) {
+    if (options.json) throw UsageError("--json is not for --serve, which has no figures");
+    serveDevice(play_settings, static_cast<std::uint16_t>(options.serve));
+    return kExitOk;
+  }
+  if (options.measure) return runMeasure(cli, options);
   nlohmann::ordered_json summary;
   const PlayEnd end =
       options.view.isAsked() ? runView(options.view, play_settings, progress, summary) : play(play_settings, progress, summary);
   if (summary.is_null()) return kExitOk;  // it was a replay
   summary["notes"] = nlohmann::ordered_json::array();
   if (end == PlayEnd::Complete)
-    for (const std::string& note :
-         notesOn(play_settings, options.view.view, summary["steps"].get<std::uint64_t>(), summary["largest_force_n"].get<double>()))
+    for (const std::string& note : notesOn(play_settings, options.view.view, summary["steps"].get<std::uint64_t>(),
+                                           summary["largest_force_n"].get<double>(), summary["renders_torque"].get<bool>()))
       summary["notes"].push_back(note);
   if (!options.json) printSummary(summary);
   const bool is_short = options.check_realtime && !heldRealTime(summary, options.json) && end == PlayEnd::Complete;
@@ -285,6 +379,50 @@ void addClockOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
       ->excludes(scenario);
 }
 
+CLI::Validator knownDevice() {
+  return CLI::Validator(
+      [](const std::string& name) {
+        const bool is_known = name == "simulated" || name == "replay" || device::isDeviceName(name);
+        return is_known ? std::string() : "'" + name + "' is not one of simulated, replay, haply, dhd, phantom, net:HOST:PORT";
+      },
+      "");
+}
+
+void addDeviceOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
+  cli.add_option("--haply-host", o.play.open.haply_host, "With --device haply: address of the vendor's service; default 127.0.0.1:10001")
+      ->excludes(scenario);
+  cli.add_option("--haply-device", o.play.open.haply_device, "With --device haply: device_id of the Inverse3; default: the first one")
+      ->excludes(scenario);
+  cli.add_option("--dhd-library", o.play.open.dhd_library,
+                 "With --device dhd: path of the vendor's library; default: where the loader looks")
+      ->excludes(scenario);
+  cli.add_option(
+         "--serve", o.serve,
+         "Serve the device to a program that opens it by net:HOST:PORT, instead of playing a scene: the port, 0 to 65535; 0: one that is "
+         "free. Until Ctrl-C, or for --seconds")
+      ->check(CLI::Range(0, 65535))
+      ->excludes(scenario);
+  CLI::Option* const measure =
+      cli.add_flag("--measure", o.measure,
+                   "Measure the device instead of playing a scene: rate, jitter, latency, encoder count, friction; "
+                   "half a minute with the handle free in the middle of its workspace, at most 1 N");
+  measure->excludes(scenario);
+  cli.add_option("-o,--output", o.measures, "With --measure: also write the figures (.json); default: none")->needs(measure);
+  cli.add_flag("--allow-remote", o.play.open.allow_remote,
+               "Also talk to other machines; only in a network that you trust. Default: this machine alone")
+      ->excludes(scenario);
+  cli.add_option("--clutch-button", o.clutch_button,
+                 "Number of a button, 1 to 31: while it is held there is no force and the tool stands still, then it goes on from there; "
+                 "default: none")
+      ->check(CLI::Range(1, 31))
+      ->excludes(scenario);
+  cli.add_option("--carried-weight", o.play.carried_weight, "Weight of the handle that the motors carry, 0 to 5 N; default 0")
+      ->check(numberIn(0, 5))
+      ->excludes(scenario);
+  cli.add_option("--rate", o.play.rate, "Servo steps in a second, 500 to 8000 Hz, of a run or of the scenarios S1 and S3; default 1000")
+      ->check(numberIn(500, 8000));
+}
+
 void addOptions(CLI::App& cli, Options& o) {
   cli.name(kProgram);
   cli.set_version_flag("--version", kProgram + " " SPHERETREE_VERSION);
@@ -292,7 +430,7 @@ void addOptions(CLI::App& cli, Options& o) {
       "Examples:\n"
       "  haptic-player --seconds 5                                       the built-in scene, a simulated hand\n"
       "  haptic-player scene.json --trajectory path.csv --clock stepped --record run.csv --json\n"
-      "  haptic-player scene.json --device phantom\n"
+      "  haptic-player scene.json --device haply                         also dhd, phantom, net:HOST:PORT\n"
       "  haptic-player --scenario all --out stability\n"
       "  haptic-player scene.json --view                                 a window: the mouse moves the hand\n"
       "  haptic-player --view --replay run.csv --compare other.csv       two recordings side by side\n"
@@ -305,9 +443,11 @@ void addOptions(CLI::App& cli, Options& o) {
          "SCENE", o.play.scene,
          "Scene with trees, as `spheretree batch` writes it, or the folder of a batch; default: the built-in sample, a probe over a molar")
       ->excludes(scenario);
-  cli.add_option("--device", o.device,
-                 "simulated, replay or phantom; default simulated, or replay with --trajectory. Scenarios always use a simulated device")
-      ->check(CLI::IsMember({"simulated", "replay", "phantom"}));
+  cli.add_option(
+         "--device", o.device,
+         "simulated, replay, haply, dhd, phantom or net:HOST:PORT; default simulated, or replay with --trajectory. Scenarios always use "
+         "a simulated device")
+      ->check(knownDevice());
   cli.add_option("--trajectory", o.play.trajectory,
                  "Poses of the haptic tool (CSV), interpolated where rows are more than 1 ms apart (at most 0.1 s); with --device "
                  "simulated the poses that the hand intends")
@@ -328,19 +468,20 @@ void addOptions(CLI::App& cli, Options& o) {
                "Not with "
                "--device replay")
       ->excludes(scenario);
-  cli.add_option("--hd-library", o.play.phantom.library,
+  cli.add_option("--hd-library", o.play.open.phantom.library,
                  "With --device phantom: path of the vendor's library; default: where the loader looks")
       ->excludes(scenario);
-  cli.add_option("--hd-device", o.play.phantom.device,
+  cli.add_option("--hd-device", o.play.open.phantom.device,
                  "With --device phantom: name in the vendor's configuration; default: the first device")
       ->excludes(scenario);
-  cli.add_flag("--hd-calibrate", o.play.phantom.calibrate,
+  cli.add_flag("--hd-calibrate", o.play.open.phantom.calibrate,
                "With --device phantom: calibrate with the arm in its reset pose (once after power-up)")
       ->excludes(scenario);
   cli.add_flag(
          "--hd-gimbal-torque", o.gimbal_torque,
          "With --device phantom: send torques about the axes of the gimbal's joints, not as a vector; docs/device.md says how to find out")
       ->excludes(scenario);
+  addDeviceOptions(cli, o, scenario);
   addViewOptions(cli, o.view);
   cli.add_option("--record", o.play.record, "Write one row of CSV for each step; default: none")->excludes(scenario);
   cli.add_flag(

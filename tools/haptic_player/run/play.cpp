@@ -22,7 +22,6 @@
 #include "scene/compiled_scene.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/device/emergency_stop.h"
-#include "spheretree/device/phantom_device.h"
 #include "spheretree/device/replay_device.h"
 #include "spheretree/device/tool_mount.h"
 #include "spheretree/formats/errors.h"
@@ -55,12 +54,27 @@ runtime::SceneDescription readDescription(const formats::SceneFile& file, const 
   });
 }
 
-/// The pose of a sampled path at `t`, constant beyond its ends.
+/// The pose at `t` of a path with a pose for each millisecond, constant beyond its ends. At a millisecond it is the one
+/// of the path, bit for bit.
+Configuration poseAt(const std::vector<Configuration>& poses, double t) {
+  const double at = std::clamp(t * 1000, 0.0, static_cast<double>(poses.size() - 1)), nearest = std::round(at);
+  if (std::abs(at - nearest) < 1e-6) return poses[static_cast<std::size_t>(nearest)];
+  const auto begin = static_cast<std::size_t>(at);
+  const Configuration &from = poses[begin], &to = poses[begin + 1];
+  const double share = at - static_cast<double>(begin);
+  return {from.position + share * (to.position - from.position), from.orientation.slerp(share, to.orientation)};
+}
+
 device::IntendedPath sampledPath(std::vector<Configuration> poses) {
-  return [poses = std::move(poses)](double t) {
-    const double last = static_cast<double>(poses.size() - 1);
-    return poses[static_cast<std::size_t>(std::clamp(std::round(t * 1000), 0.0, last))];
-  };
+  return [poses = std::move(poses)](double t) { return poseAt(poses, t); };
+}
+
+/// A pose for each step at `rate`.
+std::vector<Configuration> resampled(const std::vector<Configuration>& poses, double rate) {
+  std::vector<Configuration> out;
+  const double length = static_cast<double>(poses.size() - 1) / 1000;
+  for (std::size_t n = 0; static_cast<double>(n) / rate <= length + 1e-9; ++n) out.push_back(poseAt(poses, static_cast<double>(n) / rate));
+  return out;
 }
 
 /// The mount of the tool on the handle and the pose of the device, from the scene. Absent if the scene specifies
@@ -71,12 +85,16 @@ std::optional<device::ToolMount> mountOf(const formats::SceneFile& scene, Device
   return device::ToolMount{scene.device, scene.tool.pose};
 }
 
+std::vector<Configuration> posesOf(const PlaySettings& settings) {
+  return settings.trajectory.empty() ? std::vector<Configuration>() : formats::readTrajectory(settings.trajectory).poses;
+}
+
 /// Opens a device that needs no hardware.
 std::unique_ptr<device::Device> openInput(const PlaySettings& settings, const runtime::Scene& scene,
                                           const std::optional<device::ToolMount>& mount, PlayObserver* observer) {
-  std::vector<Configuration> poses;
-  if (!settings.trajectory.empty()) poses = formats::readTrajectory(settings.trajectory).poses;
-  if (settings.device == DeviceKind::Replay) return std::make_unique<device::ReplayDevice>(std::move(poses));
+  std::vector<Configuration> poses = posesOf(settings);
+  if (settings.device == DeviceKind::Replay)
+    return std::make_unique<device::ReplayDevice>(settings.rate == 1000 ? std::move(poses) : resampled(poses, settings.rate));
   device::SimulatedSettings simulated;
   simulated.hand = *device::findHand(settings.hand);
   simulated.duration = settings.seconds.value_or(poses.empty() ? 10.0 : static_cast<double>(poses.size()) / 1000);
@@ -102,9 +120,9 @@ void reportPriority(int error) {
 }
 
 /// The line of a run in at most `columns` - 1 characters: whole figures, the most important ones first.
-std::string statusLine(const device::DeviceStatus& status, const ServoLoop& loop, int columns) {
+std::string statusLine(const device::DeviceStatus& status, double rate, const ServoLoop& loop, int columns) {
   char figures[4][48];
-  std::snprintf(figures[0], sizeof figures[0], "%8.1f s", static_cast<double>(status.ticks) / 1000);
+  std::snprintf(figures[0], sizeof figures[0], "%8.1f s", static_cast<double>(status.ticks) / rate);
   std::snprintf(figures[1], sizeof figures[1], "  force %6.2f N", loop.force());
   std::snprintf(figures[2], sizeof figures[2], "  late %llu", static_cast<unsigned long long>(status.late_ticks));
   std::snprintf(figures[3], sizeof figures[3], "  step %6.0f us", loop.time());
@@ -116,7 +134,7 @@ std::string statusLine(const device::DeviceStatus& status, const ServoLoop& loop
 
 /// Runs until the device ends, the time is over, or a stop is requested.
 void runDevice(device::Device& device, const PlaySettings& settings, ServoLoop& loop, PlayObserver* observer) {
-  const auto limit = settings.seconds ? static_cast<std::uint64_t>(std::llround(*settings.seconds * 1000)) : ~std::uint64_t{0};
+  const auto limit = settings.seconds ? static_cast<std::uint64_t>(std::llround(*settings.seconds * settings.rate)) : ~std::uint64_t{0};
   auto shown = std::chrono::steady_clock::now();
   bool told = false;
   for (;;) {
@@ -131,7 +149,8 @@ void runDevice(device::Device& device, const PlaySettings& settings, ServoLoop& 
     }
     const auto now = std::chrono::steady_clock::now();
     if (settings.status_line && now - shown > std::chrono::milliseconds(200)) {
-      if (const int columns = tool::terminalColumns(); columns > 0) tool::drawProgressLine(statusLine(status, loop, columns), columns);
+      if (const int columns = tool::terminalColumns(); columns > 0)
+        tool::drawProgressLine(statusLine(status, settings.rate, loop, columns), columns);
       shown = now;
     }
   }
@@ -145,6 +164,24 @@ const char* endName(PlayEnd end) {
 }
 
 }  // namespace
+
+std::unique_ptr<device::Device> openDeviceOf(const PlaySettings& settings) {
+  if (settings.device == DeviceKind::Real) return device::openDevice(settings.device_name, settings.open);
+  std::vector<Configuration> poses = posesOf(settings);
+  if (settings.device == DeviceKind::Replay) return std::make_unique<device::ReplayDevice>(resampled(poses, settings.rate));
+  device::SimulatedSettings simulated;
+  simulated.hand = *device::findHand(settings.hand);
+  if (!poses.empty()) simulated.path = sampledPath(std::move(poses));
+  return std::make_unique<device::SimulatedDevice>(simulated);
+}
+
+device::SafetySettings safetyOf(const PlaySettings& settings) {
+  device::SafetySettings safety;
+  safety.period = 1 / settings.rate;
+  safety.clutch_buttons = settings.clutch_buttons;
+  safety.carried_weight = settings.carried_weight;
+  return safety;
+}
 
 bool movesTissue(const PlaySettings& settings, const runtime::Scene& scene) {
   if (!settings.large_motion || settings.mode != runtime::Mode::Constrained) return false;
@@ -166,6 +203,7 @@ RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path
   const formats::SceneFile scene = settings.scene.empty() ? formats::SceneFile() : formats::readScene(settings.scene);
   identity.has_passivity = controlsPassivity(settings, scene);
   if (has_tissue) identity.settings += " tissue=large";
+  if (settings.rate != 1000) identity.settings += " rate=" + std::to_string(std::lround(settings.rate));
   if (settings.scene.empty()) return identity;
   identity.objects.clear();
   for (const formats::SceneItem& object : scene.objects) identity.objects.push_back(object.name);
@@ -238,10 +276,11 @@ device::IntendedPath tourOf(const runtime::Scene& scene, double seconds) {
 PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann::ordered_json& summary, PlayObserver* observer) {
   const bool real = settings.clock == device::Clock::Real;
   std::unique_ptr<device::Device> device;
-  if (settings.device == DeviceKind::Phantom) device = std::make_unique<device::PhantomDevice>(settings.phantom);  // reports errors at once
+  if (settings.device == DeviceKind::Real) device = openDeviceOf(settings);  // reports errors at once
   const formats::SceneFile file = settings.scene.empty() ? formats::SceneFile() : formats::readScene(settings.scene);
   runtime::SceneDescription description = settings.scene.empty() ? sampleScene(progress) : readDescription(file, settings.scene, progress);
   description.contact = settings.contact;
+  description.step_time = 1 / settings.rate;
   runtime::Scene scene = compiledScene(description, settings.scene);
   if (observer) observer->onScene(description);
   const std::optional<device::ToolMount> mount = mountOf(file, settings.device);
@@ -256,7 +295,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   options.mount = mount;
   options.mode = settings.mode;
   options.wait = !real;
-  options.real_time_thread = real && settings.device != DeviceKind::Phantom;  // the vendor's thread has a priority of its own
+  options.real_time_thread = real && settings.device_name != "phantom";  // the vendor's thread has a priority of its own
   std::optional<TissueMotion> tissue;
   if (has_tissue) tissue.emplace(scene, real ? TissueMotion::Clock::Real : TissueMotion::Clock::Stepped);
   options.tissue = tissue ? &*tissue : nullptr;
@@ -267,7 +306,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   const Json locked = real ? lockMemory() : Json(nullptr);
 
   // ServoLoop passes on the wrench of the coupling, which a recording shows, and the device alone limits it.
-  device::SafetySettings safety;
+  device::SafetySettings safety = safetyOf(settings);
   safety.max_force = scene.wrenchLimits().force;
   safety.max_torque = scene.wrenchLimits().torque;
   safety.passivity_control = controlsPassivity(settings, file);
@@ -281,9 +320,14 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   const PlayEnd end = device::EmergencyStop::requested() && !was_closed ? PlayEnd::Interrupted
                       : status.phase == device::Phase::Failed           ? PlayEnd::DeviceFailed
                                                                         : PlayEnd::Complete;
-  summary = {{"schema", "spheretree.run/1"},       {"scene", settings.scene.empty() ? Json("sample") : Json(settings.scene.string())},
-             {"device", device->info().model},     {"mode", modeName(settings.mode)},
-             {"clock", real ? "real" : "stepped"}, {"end", endName(end)}};
+  summary = {{"schema", "spheretree.run/1"},
+             {"scene", settings.scene.empty() ? Json("sample") : Json(settings.scene.string())},
+             {"device", device->info().model},
+             {"mode", modeName(settings.mode)},
+             {"clock", real ? "real" : "stepped"},
+             {"rate_hz", settings.rate},
+             {"renders_torque", device->info().renders_torque},
+             {"end", endName(end)}};
   summary.update(loop.statistics().toJson());
   summary["missed_deadlines"] = status.late_ticks;
   if (has_tissue) summary["tissue_states"] = loop.tissueStates();

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Plays a scene: a device (simulated, replay or phantom) moves the tool, the runtime responds, and the run is recorded
-// and summarised.
+// Plays a scene: a device (simulated, a replay or one that a hand holds) moves the tool, the runtime responds, and the
+// run is recorded and summarised.
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -11,7 +12,7 @@
 #include "run/recording.h"
 #include "spheretree/builder/progress.h"
 #include "spheretree/device/device.h"
-#include "spheretree/device/phantom_device.h"
+#include "spheretree/device/open_device.h"
 #include "spheretree/device/simulated_device.h"
 #include "spheretree/runtime/scene.h"
 #include "spheretree/runtime/step.h"
@@ -21,23 +22,34 @@ namespace spheretree::player {
 
 class ServoLoop;
 
-enum class DeviceKind { Simulated, Replay, Phantom };
+enum class DeviceKind { Simulated, Replay, Real };
 
 struct PlaySettings {
   std::filesystem::path scene;  // empty: the built-in sample, a dental probe over a molar
   DeviceKind device = DeviceKind::Simulated;
+  std::string device_name;           // real: what device::openDevice() opens
+  double rate = 1000;                // servo steps in a second [Hz]
   std::filesystem::path trajectory;  // replay: the poses; simulated: the path that the hand intends; empty: a tour of the objects
   runtime::Mode mode = runtime::Mode::Constrained;
   device::Clock clock = device::Clock::Real;
   std::optional<double> seconds;  // absent: the whole trajectory, 10 s for a simulated hand, or until Ctrl-C [s]
   std::filesystem::path record;   // empty: no recording
   std::string hand = "fine";      // of the simulated device
-  device::PhantomSettings phantom;
+  device::OpenSettings open;
+  std::uint32_t clutch_buttons = 0;  // real: device::SafetySettings::clutch_buttons
+  double carried_weight = 0;         // real: of the handle, which the motors carry [N]
   runtime::ContactSurface contact = runtime::ContactSurface::Skin;
   bool large_motion = true;        // of soft tissue, in constrained mode; false: only the compliance of its shape at rest
   bool passivity_control = false;  // also enabled if the scene says so; never with a replay, since nobody feels its wrench
   bool status_line = false;
 };
+
+/// Opens the device of the settings: a real one; or a replay or a simulated hand, for which no scene is needed.
+/// @throws device::DeviceError, formats::FileError, formats::FormatError
+std::unique_ptr<device::Device> openDeviceOf(const PlaySettings& settings);
+
+/// The safety settings, apart from those of a scene.
+device::SafetySettings safetyOf(const PlaySettings& settings);
 
 /// How a run ended.
 enum class PlayEnd { Complete, Interrupted, DeviceFailed };

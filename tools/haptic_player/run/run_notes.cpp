@@ -36,11 +36,13 @@ double referenceDistance(const formats::SceneFile& scene, const std::filesystem:
 
 }  // namespace
 
-std::vector<std::string> notesOn(const PlaySettings& settings, bool is_steered, std::uint64_t steps, double largest_force_n) {
+std::vector<std::string> notesOn(const PlaySettings& settings, bool is_steered, std::uint64_t steps, double largest_force_n,
+                                 bool renders_torque) {
   std::vector<std::string> notes;
+  if (!renders_torque) notes.push_back("The device has motors for forces only: torques were not felt. A recording and a window show them.");
   std::optional<formats::SceneFile> scene;
   if (!settings.scene.empty()) scene = formats::readScene(settings.scene);
-  const double seconds = static_cast<double>(steps) / 1000;
+  const double seconds = static_cast<double>(steps) / settings.rate;
   const bool is_tour = settings.device == DeviceKind::Simulated && settings.trajectory.empty() && !is_steered;
   if (is_tour) {
     const std::size_t objects = scene ? scene->objects.size() : 1;

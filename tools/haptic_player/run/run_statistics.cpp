@@ -58,8 +58,8 @@ void RunStatistics::add(const RecordedStep& row, double processor_us) noexcept {
   total_.add(row.total_us);
   processor_.add(processor_us);
   if (row.total_us > longest_.clock_us) longest_ = {row.time, row.total_us, processor_us, row.pairs, row.active};
-  over_by_clock_ += row.total_us > 1000;
-  over_by_processor_ += processor_us > 1000;
+  over_by_clock_ += row.total_us > period_us_;
+  over_by_processor_ += processor_us > period_us_;
   if (isFinite(row.haptic)) energy_.add(row.haptic, row.wrench);
   if (follows_) {
     force_step_ = std::max(force_step_, (row.wrench.force - last_wrench_.force).norm());

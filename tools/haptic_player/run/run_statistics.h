@@ -62,6 +62,8 @@ struct LongestStep {
 
 class RunStatistics {
  public:
+  /// `period`: of the steps [s].
+  explicit RunStatistics(double period = 1e-3) : period_us_(1e6 * period) {}
   /// `processor_us`: processor time of the step's thread; the remainder of row.total_us was used by other programs.
   void add(const RecordedStep& row, double processor_us) noexcept;
   /// The next step does not follow from the last one; everything is counted on.
@@ -75,6 +77,7 @@ class RunStatistics {
   nlohmann::ordered_json passivityJson() const;
 
  private:
+  double period_us_;
   TimeHistogram find_, rows_, qp_, total_, processor_;
   LongestStep longest_;
   PassivityObserver energy_;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "run/servo_loop.h"
 
-#include <pthread.h>
-#include <sched.h>
 #include <time.h>
 
 #include <algorithm>
@@ -10,6 +8,8 @@
 #include <cmath>
 #include <limits>
 #include <thread>
+
+#include "spheretree/device/real_time_thread.h"
 
 namespace spheretree::player {
 
@@ -20,15 +20,12 @@ ServoLoop::ServoLoop(const runtime::Scene& scene, RecordingWriter* recording, co
       live_(live),
       tuner_(options.tuned && live ? std::optional<SceneTuner>(options.tuned->compiled()) : std::nullopt),
       workspace_(scene),
+      statistics_(scene.compiled().step_time),
       mode_(options.mode) {}
 
 device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
   using Clock = std::chrono::steady_clock;
-  if (options_.real_time_thread && ticks_ == 0) {
-    sched_param priority{};
-    priority.sched_priority = 80;  // above ordinary programs, below the kernel's own threads
-    priority_error_.store(::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &priority), std::memory_order_relaxed);
-  }
+  if (options_.real_time_thread && ticks_ == 0) priority_error_.store(device::requestRealTimeThread(), std::memory_order_relaxed);
   begun_.fetch_add(1);
   if (state.restarted) restart();
   if (options_.tissue) tissue_states_ = options_.tissue->take(ticks_, workspace_);  // the solver is not part of a step
@@ -37,7 +34,7 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
   const Clock::time_point start = Clock::now();
   const Configuration tool = options_.mount ? device::toolInWorld(*options_.mount, state.handle) : state.handle;
   if (options_.bodies) {
-    const double time = static_cast<double>(ticks_) / 1000;
+    const double time = static_cast<double>(ticks_) * scene_.compiled().step_time;
     steerHinges(options_.bodies->anglesAt(time));
     options_.bodies->moveTo(time, hinges_, workspace_);
   }
@@ -47,7 +44,8 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
   }
   const runtime::StepResult result = runtime::step(scene_, tool, mode(), workspace_, &times);
   const double total_us = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
-  RecordedStep row = recordedStep(ticks_++, tool, result, times, total_us, runtime::contacts(workspace_));
+  RecordedStep row = recordedStep(ticks_, tool, result, times, total_us, runtime::contacts(workspace_));
+  row.time = static_cast<double>(ticks_++) * scene_.compiled().step_time;
   row.hinges = hinges_;
   row.tissue_states = tissue_states_;
   row.passivity_force = state.added.force.norm();
@@ -85,13 +83,14 @@ void ServoLoop::restart() noexcept {
 }
 
 void ServoLoop::steerHinges(const HingeAngles& path) noexcept {
-  constexpr double kFastest = 0.06;  // [degree a step]: if a slider jumps, a jaw opens at 60 degrees a second
+  constexpr double kJaw = 60;  // if a slider jumps, a jaw opens at this speed [degree/s]
+  const double fastest = kJaw * scene_.compiled().step_time;
   for (std::size_t k = 0; k < kMaxHinges; ++k) {
     const double wish = live_ ? live_->hinges.degree[k].load(std::memory_order_relaxed) : std::numeric_limits<double>::quiet_NaN();
     const bool is_wished = !std::isnan(wish);
     const double goal = is_wished ? wish : path[k];
     is_steered_[k] = is_wished || (is_steered_[k] && hinges_[k] != goal);  // and then back to its path
-    hinges_[k] = is_steered_[k] ? std::clamp(goal, hinges_[k] - kFastest, hinges_[k] + kFastest) : goal;
+    hinges_[k] = is_steered_[k] ? std::clamp(goal, hinges_[k] - fastest, hinges_[k] + fastest) : goal;
   }
 }
 

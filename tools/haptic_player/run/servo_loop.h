@@ -33,8 +33,8 @@ class ServoLoop final : public device::Renderer {
   /// `scene`, `recording` and `live` must outlive the loop; the latter two may be null.
   ServoLoop(const runtime::Scene& scene, RecordingWriter* recording, const Options& options, view::LiveStreams* live = nullptr);
 
-  /// Computes the step of tick n (0, 1, ...) at n ms. No allocation, lock or I/O (except `wait`). After a restart of
-  /// the device n begins at 0 again, with bodies and tissue as at the start.
+  /// Computes the step of tick n (0, 1, ...) at n times the scene's step time. No allocation, lock or I/O (except
+  /// `wait`). After a restart of the device n begins at 0 again, with bodies and tissue as at the start.
   device::Rendered render(const device::DeviceState& state) noexcept override;
 
   /// Sets the writer for the rows of later steps; null: none. Call it from one thread, which must not be that of the

@@ -2,13 +2,15 @@
 #include "run/tissue_motion.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "spheretree/formats/errors.h"
 
 namespace spheretree::player {
 
-TissueMotion::TissueMotion(const runtime::Scene& scene, Clock clock) : clock_(clock) {
+TissueMotion::TissueMotion(const runtime::Scene& scene, Clock clock)
+    : clock_(clock), ticks_per_state_(std::max<std::uint64_t>(1, std::llround(1e-3 * kTissueTicks / scene.compiled().step_time))) {
   std::string fault;
   exchange_ = scene::TissueExchange::make(scene, fault);
   if (!exchange_) throw formats::FormatError(fault + ". Soften it again, or play it with --tissue small.");
@@ -28,7 +30,7 @@ TissueMotion::~TissueMotion() {
 
 std::uint32_t TissueMotion::take(std::uint64_t tick, runtime::Workspace& workspace, bool is_due) noexcept {
   const bool takes = clock_ == Clock::Real      ? phase_.load(std::memory_order_acquire) == kSolved
-                     : clock_ == Clock::Stepped ? tick % kTissueTicks == 0
+                     : clock_ == Clock::Stepped ? tick % ticks_per_state_ == 0
                                                 : is_due;
   if (!takes || empty()) return taken_;
   if (rests_) rest();

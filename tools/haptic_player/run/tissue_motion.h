@@ -17,7 +17,7 @@
 
 namespace spheretree::player {
 
-inline constexpr std::uint64_t kTissueTicks = 10;  // ticks between states in lock step
+inline constexpr std::uint64_t kTissueTicks = 10;  // ticks of 1 ms between states in lock step
 
 /// For a view: displacements of the nodes of each object, empty if it is rigid [mm].
 using TissueShapes = std::vector<std::vector<Eigen::Vector3f>>;
@@ -56,6 +56,7 @@ class TissueMotion {
   void run() noexcept;
 
   const Clock clock_;
+  const std::uint64_t ticks_per_state_;  // in lock step
   std::unique_ptr<scene::TissueExchange> exchange_;
   std::uint32_t taken_ = 0;
   bool rests_ = false;               // restart() waits for the solver

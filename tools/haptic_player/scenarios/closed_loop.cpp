@@ -64,8 +64,8 @@ device::SimulatedSettings handAt(const char* hand, int delay, Friction friction,
   return settings;
 }
 
-ClosedLoop runHand(const ScenarioContext& context, ScenarioRun& trial, const device::SimulatedSettings& settings, int steps,
-                   Passivity passivity) {
+ClosedLoop runHand(const ScenarioContext& context, ScenarioRun& trial, const device::SimulatedSettings& settings, int milliseconds,
+                   Passivity passivity, double rate) {
   device::SimulatedDevice simulated(settings);
   LoopRenderer renderer(trial);
   device::SafetySettings safety;
@@ -76,15 +76,21 @@ ClosedLoop runHand(const ScenarioContext& context, ScenarioRun& trial, const dev
   safety.ramp = 0.001;
   safety.fade_force = 1e5;
   safety.passivity_control = passivity == Passivity::Controlled;
+  safety.period = 1 / rate;
   simulated.start(renderer, safety, device::Clock::Stepped);
   ClosedLoop loop;
   Configuration last = simulated.truePose();
+  const auto steps = static_cast<int>(std::lround(milliseconds * rate / 1000));
   for (int n = 0; n < steps && simulated.step(); ++n) {
     if (n % 256 == 0) context.progress.check();
-    loop.sent.push_back(simulated.actuated());
-    loop.poses.push_back(simulated.truePose());
+    const Wrench sent = simulated.actuated();
+    // The measures look at milliseconds: a slower loop holds its values, of a faster one they see one in several.
+    while (static_cast<double>(loop.sent.size()) * rate < 1000.0 * (n + 1)) {
+      loop.sent.push_back(sent);
+      loop.poses.push_back(simulated.truePose());
+    }
     loop.lowest_energy = std::min(loop.lowest_energy, simulated.energy());
-    loop.leak += (0.5 + settings.delay) * squeezed(trial.coupling(), displacementBetween(last, simulated.truePose()), loop.sent.back());
+    loop.leak += (0.5 + settings.delay) * squeezed(trial.coupling(), displacementBetween(last, simulated.truePose()), sent);
     last = simulated.truePose();
   }
   simulated.stop();

@@ -11,8 +11,8 @@
 namespace spheretree::player {
 
 struct ClosedLoop {
-  std::vector<Wrench> sent;          // wrench of the motors in each step
-  std::vector<Configuration> poses;  // true poses, in each step
+  std::vector<Wrench> sent;          // wrench of the motors in each millisecond
+  std::vector<Configuration> poses;  // true poses, in each millisecond
   double lowest_energy = 0;          // smallest energy of the passivity observer, including torques; <= 0 [mJ]
   double leak = 0;                   // energy that a sampled and delayed spring generates for any renderer [mJ]
 
@@ -31,8 +31,9 @@ enum class Passivity { Free, Controlled };  // by the device: docs/device.md
 
 /// Runs without start guard and ramp, since the scenarios measure the renderer's own behaviour. Ctrl-C ends it.
 /// @throws builder::Cancelled
-ClosedLoop runHand(const ScenarioContext& context, ScenarioRun& trial, const device::SimulatedSettings& settings, int steps,
-                   Passivity passivity = Passivity::Free);
+/// `milliseconds`: its length. `rate`: that of the trial [Hz].
+ClosedLoop runHand(const ScenarioContext& context, ScenarioRun& trial, const device::SimulatedSettings& settings, int milliseconds,
+                   Passivity passivity = Passivity::Free, double rate = 1000);
 
 /// Spectrum of a 1 kHz signal from 30 to 500 Hz: Welch's method, Hann windows of 1000 samples that overlap by half. All
 /// values are 0 for less than one window.

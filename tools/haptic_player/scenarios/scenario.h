@@ -44,8 +44,9 @@ struct Outcome {
 /// The extent of the runs: `share` of the repetitions in the table; and in the constrained mode kTurnedShare of them
 /// again, `turned` times, on bodies that are rotated, scaled and built with other seeds.
 struct ScenarioSettings {
-  double share = 1;  // in (0, 1]
-  int turned = 1;    // >= 0
+  double share = 1;    // in (0, 1]
+  int turned = 1;      // >= 0
+  double rate = 1000;  // servo steps in a second, of scenarios that have has_rate [Hz]
 };
 inline constexpr double kTurnedShare = 0.2;
 
@@ -64,6 +65,7 @@ struct Scenario {
   std::function<Outcome(ScenarioContext&, Mode)> run;
   bool for_all = true;    // false: it uses our runtime or builder directly, so other renderers cannot run it
   bool is_turned = true;  // false: it does not depend on the orientation
+  bool has_rate = false;  // true: it runs at any rate of the servo loop
 };
 
 /// All scenarios, in the order of the table.

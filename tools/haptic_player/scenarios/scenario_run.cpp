@@ -63,6 +63,7 @@ ScenarioRun::ScenarioRun(const Body& tool, std::vector<PlacedBody> objects, Mode
   runtime::SceneDescription description;
   description.tool = tool.tree;
   description.reference_point = reference_point;
+  description.step_time = options.step_time;
   description.coupling = {k.translation / scale,      k.rotation * scale, k.damping / scale,
                           k.rotation_damping * scale, k.mass / scale,     k.inertia * scale};
   carried_.resize(objects_.size(), Eigen::Vector3d::Zero());

@@ -29,6 +29,7 @@ class ScenarioRun {
   struct Options {
     Eigen::Vector3d reference_point = Eigen::Vector3d::Zero();  // mesh frame of the tool
     runtime::Coupling coupling;
+    double step_time = 1e-3;  // [s]
     double mesh_spacing = 0;  // > 0: the meshes are compared too, at every 10th step in contact [mm]
     bool keep_rows = true;
     runtime::ContactSurface contact = runtime::ContactSurface::Skin;  // of bodies that do not say leaves themselves

@@ -34,10 +34,13 @@ device::IntendedPath pressPath(const char* hand, double force, double speed, dou
 
 struct BallOnSlab {
   const Body &ball, &slab;
-  explicit BallOnSlab(ScenarioContext& context) : ball(context.bodies.get("ball")), slab(context.bodies.get("slab")) {}
+  double step_time;
+  explicit BallOnSlab(ScenarioContext& context, double rate = 1000)
+      : ball(context.bodies.get("ball")), slab(context.bodies.get("slab")), step_time(1 / rate) {}
   ScenarioRun trial(Mode mode, const runtime::Coupling& coupling = {}) const {
     ScenarioRun::Options options;
     options.coupling = coupling;
+    options.step_time = step_time;
     return ScenarioRun(ball, {{&slab, {}}}, mode, options);
   }
 };
@@ -78,14 +81,16 @@ Outcome encoders(ScenarioContext& context, Mode mode) {
 // S1: press, hold, release on a plane, by every hand and with every delay: energy, oscillation, roughness.
 Outcome pressHoldRelease(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const BallOnSlab scene(context);
+  const double rate = context.settings.rate;
+  const BallOnSlab scene(context, rate);
   std::array<double, 2> beyond{-kNever, -kNever}, share{};  // with friction, without
   double swing = 0, rms = 0, swing_loose = 0, swing_controlled = 0;
   for (const Friction friction : {Friction::On, Friction::Off})
     for (const char* hand : kHands)
       for (const int delay : {0, 1, 2}) {
         ScenarioRun trial = scene.trial(mode);
-        const ClosedLoop loop = runHand(context, trial, handAt(hand, delay, friction, pressPath(hand, 2, 100, 3)), 4500);
+        const ClosedLoop loop =
+            runHand(context, trial, handAt(hand, delay, friction, pressPath(hand, 2, 100, 3)), 4500, Passivity::Free, rate);
         const auto k = static_cast<std::size_t>(friction);
         beyond[k] = std::max(beyond[k], loop.energyBeyond(1.15));
         if (loop.leak > 0.05) share[k] = std::max(share[k], -loop.lowest_energy / loop.leak);
@@ -98,7 +103,7 @@ Outcome pressHoldRelease(ScenarioContext& context, Mode mode) {
         if (friction == Friction::On) continue;
         ScenarioRun again = scene.trial(mode);
         const ClosedLoop controlled =
-            runHand(context, again, handAt(hand, delay, friction, pressPath(hand, 2, 100, 3)), 4500, Passivity::Controlled);
+            runHand(context, again, handAt(hand, delay, friction, pressPath(hand, 2, 100, 3)), 4500, Passivity::Controlled, rate);
         swing_controlled = std::max(swing_controlled, 1000 * peakToPeak(controlled.force(2, 2000, 3000)));
       }
   for (const std::size_t k : {0u, 1u}) {
@@ -112,7 +117,7 @@ Outcome pressHoldRelease(ScenarioContext& context, Mode mode) {
   out.add("force swing while pressed, no Coulomb friction, not late", "mN", swing_loose, 40);
   out.add("force swing while pressed, no Coulomb friction, any delay, passivity control", "mN", swing_controlled, 100);
   out.note =
-      "Five hands, delays 0, 1 and 2 ms, with and without Coulomb friction; swings without the teleoperator, which still moves. Without "
+      "Five hands, delays 0, 1 and 2 steps, with and without Coulomb friction; swings without the teleoperator, which still moves. Without "
       "friction a light hand on a wall that is 2 ms late is unstable by theory: 2.1 N s/m of 2.5.";
   return out;
 }
@@ -157,7 +162,8 @@ Outcome slide(ScenarioContext& context, Mode mode) {
 // must feel no buzz.
 Outcome margin(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const BallOnSlab scene(context);
+  const double rate = context.settings.rate;
+  const BallOnSlab scene(context, rate);
   const runtime::Coupling twice{2, 2000};
   std::array<double, 3> ring{}, buzz{};  // with friction, without, and with passivity control
   double beyond = -kNever;
@@ -167,7 +173,8 @@ Outcome margin(ScenarioContext& context, Mode mode) {
       const Passivity passivity = k == 2 ? Passivity::Controlled : Passivity::Free;
       ScenarioRun trial = scene.trial(mode, twice);
       const bool slow = hand == std::string("teleoperator");  // swings at its own 0.4 Hz
-      const ClosedLoop tap = runHand(context, trial, handAt(hand, 1, friction, pressPath(hand, 8, 300)), slow ? 9000 : 2500, passivity);
+      const ClosedLoop tap =
+          runHand(context, trial, handAt(hand, 1, friction, pressPath(hand, 8, 300)), slow ? 9000 : 2500, passivity, rate);
       // Frequencies above 30 Hz; the motion of the hand itself is slower.
       ring[k] = std::max(ring[k], 2 * std::sqrt(2.0) * roughness(tap.force(2, slow ? 7500 : 1000)).rms);
       ScenarioRun other = scene.trial(mode, twice);
@@ -178,7 +185,7 @@ Outcome margin(ScenarioContext& context, Mode mode) {
         at.position.z() += std::min(sway, 20.0) * std::sin(2 * std::numbers::pi * t);
         return at;
       };
-      const ClosedLoop moving = runHand(context, other, handAt(hand, 1, friction, path), 5000, passivity);
+      const ClosedLoop moving = runHand(context, other, handAt(hand, 1, friction, path), 5000, passivity, rate);
       buzz[k] = std::max(buzz[k], roughness(moving.force(2, 2500)).rms);
       beyond = std::max({beyond, tap.energyBeyond(1.15), moving.energyBeyond(1.15)});
       if (k == 1 && hand == std::string("fine")) other.finish(out);
@@ -352,9 +359,9 @@ Outcome multisine(ScenarioContext& context, Mode mode) {
 
 std::vector<Scenario> handScenarios() {
   return {{"F16", "encoders", "Quantised encoders, held still (closed loop)", encoders},
-          {"S1", "press", "Press, hold, release (closed loop)", pressHoldRelease},
+          {"S1", "press", "Press, hold, release (closed loop)", pressHoldRelease, true, true, true},
           {"S2", "slide", "Slide at 50 mm/s (closed loop)", slide},
-          {"S3", "margin", "Twice the stiffness (closed loop)", margin},
+          {"S3", "margin", "Twice the stiffness (closed loop)", margin, true, true, true},
           {"S4", "let-go", "The hand lets go (closed loop)", letGo},
           {"S5", "tight", "Peg in a hole, probe in a sulcus (closed loop)", tight},
           {"S6", "arch", "Probe along a dental arch (closed loop)", arch},

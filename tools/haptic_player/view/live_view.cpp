@@ -127,7 +127,7 @@ void LiveView::onScene(const runtime::SceneDescription& scene) {
 void LiveView::addSettings(const runtime::SceneDescription& scene) {
   view::ViewerState& state = shown_.state;
   const runtime::Coupling& coupling = scene.coupling;
-  const bool is_real = settings_.device == DeviceKind::Phantom;  // which is stable up to some stiffness: that of the scene is known to work
+  const bool is_real = settings_.device == DeviceKind::Real;  // which is stable up to some stiffness: that of the scene is known to work
   state.settings = {
       {"stiffness", "%.2f N/mm", 0.1 * coupling.translation, (is_real ? 1 : 3) * coupling.translation, coupling.translation},
       {"damping", "%.4f N s/mm", 0, std::max(0.004 * coupling.translation, (is_real ? 1 : 2) * coupling.damping), coupling.damping}};

@@ -113,7 +113,13 @@ bool isSame(const RecordedStep& recorded, const runtime::StepResult& again) {
 
 RecordedRun readRun(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = formats::readFile(path);
-  return RunReader({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path.string()).read();
+  RecordedRun run = RunReader({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path.string()).read();
+  if (const std::string rate = wordOf(run.identity.settings, "rate"); !rate.empty())
+    throw formats::FormatError(path.string() + ": was recorded at " + rate +
+                               " Hz, and views show a step for each millisecond. Play it again as a trajectory: haptic-player SCENE.json "
+                               "--view --trajectory " +
+                               path.string() + " --hand-from file");
+  return run;
 }
 
 std::filesystem::path sceneOf(const RecordedRun& run, const std::filesystem::path& recording) {

@@ -55,8 +55,8 @@ PlayEnd runView(const ViewOptions& o, PlaySettings& play_settings, builder::Prog
     LiveView view(options, play_settings);
     return play(play_settings, progress, summary, &view);
   }
-  if (play_settings.device == DeviceKind::Phantom)
-    throw UsageError("--picture is not for --device phantom: draw its recording, by --replay");
+  if (play_settings.device == DeviceKind::Real)
+    throw UsageError("--picture is not for --device " + play_settings.device_name + ": draw its recording, by --replay");
   const PictureSettings pictures = picturesOf(o);
   play_settings.clock = device::Clock::Stepped;
   PictureObserver observer(pictures, play_settings);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A haptic device: it reports where the hand holds the tool and renders a wrench to the hand, 1000 times a second.
+// A haptic device: it reports where the hand holds the tool and renders a wrench to the hand, 1000 times a
+// second, or at the rate of SafetySettings::period.
 // Units: mm, N, N mm, s, rad. Device frame: +x right, +y up, +z towards the user. This header has what all devices
 // share, including the safety rules: no wrench reaches a device without passing them. Each kind of device has its own
 // constructor: simulated_device.h, replay_device.h, phantom_device.h.
@@ -13,6 +14,7 @@
 #include <thread>
 
 #include "spheretree/core/rigid.h"
+#include "spheretree/device/clutch.h"
 #include "spheretree/device/safety.h"
 
 namespace spheretree::device {
@@ -48,7 +50,7 @@ struct DeviceError : std::runtime_error {
 /// Computes the wrench. Called from the device's thread (Clock::Real) or from step().
 class Renderer {
  public:
-  /// Must return well within kServoPeriod, without allocation, lock or I/O. The wrench acts on the hand, about
+  /// Must return well within a period, without allocation, lock or I/O. The wrench acts on the hand, about
   /// state.handle.position, in device axes.
   virtual Rendered render(const DeviceState& state) noexcept = 0;
 
@@ -57,7 +59,7 @@ class Renderer {
 };
 
 enum class Clock : std::uint8_t {
-  Real,     // the device calls the renderer every kServoPeriod, in a thread of its own
+  Real,     // the device calls the renderer every SafetySettings::period, in a thread of its own
   Stepped,  // each call of step() is one servo step: as fast as the machine can, with the same bytes every time
 };
 
@@ -100,14 +102,14 @@ class Device {
 
   /// How often servo steps are taken, for a run that is watched: in one of `periods` periods; 1: in each, as after
   /// start(); 0: in none, a pause. Steps stay the same: DeviceState::time leaves out the periods between them. A device
-  /// with a clock of its own, whose hand does not slow down, takes 1 and 0 only. Its pause is a zero wrench without the
+  /// that cannot step, whose hand does not slow down, takes 1 and 0 only. Its pause is a zero wrench without the
   /// renderer, after which forces return as after a release. Returns false, and changes nothing, otherwise.
   bool setPace(std::uint32_t periods) noexcept;
-  /// One servo step more during a pause. Returns false for a device with a clock of its own.
+  /// One servo step more during a pause. Returns false for a device that cannot step.
   bool stepOnce() noexcept;
   /// The next servo step is the first one again, also in a pause: the input, the time and the safety rules begin anew,
-  /// and the renderer sees DeviceState::restarted. status() keeps counting. Returns false for a device with a clock of
-  /// its own: nobody can put its handle back.
+  /// and the renderer sees DeviceState::restarted. status() keeps counting. Returns false for a device that
+  /// cannot step: nobody can put its handle back.
   bool restart() noexcept;
 
   /// Sends zero, stops, and waits for the device's thread. May be called repeatedly, but not from render().
@@ -127,6 +129,7 @@ class Device {
   /// must send the returned wrench. Sets state.tick and state.time itself.
   Wrench tick(DeviceState state) noexcept;
   void finish(Phase phase, DeviceFault fault = DeviceFault::None, std::int32_t vendor_code = 0) noexcept;
+  double period() const noexcept { return safety_settings_.period; }  // of the servo steps, in begin() and later [s]
   void note(std::int32_t vendor_code) noexcept { vendor_code_.store(vendor_code, std::memory_order_relaxed); }
 
  private:
@@ -138,7 +141,7 @@ class Device {
   virtual void rewind() noexcept {}
   /// Sets a zero wrench and stops the hardware; tick() is not called afterwards.
   virtual void end() noexcept {}
-  /// True if begin() starts a clock that calls tick() every kServoPeriod; advance() is then never called.
+  /// True if begin() starts a clock that calls tick() every period; advance() is then never called.
   virtual bool hasOwnClock() const noexcept { return false; }
 
   bool isDue() noexcept;
@@ -148,8 +151,9 @@ class Device {
   Renderer* renderer_ = nullptr;
   SafetySettings safety_settings_;
   Safety safety_;
+  Clutch clutch_;
   Clock clock_ = Clock::Stepped;
-  std::int64_t started_ns_ = 0;
+  std::int64_t period_ns_ = 0, started_ns_ = 0;
   double last_time_ = 0;          // of a servo step [s]
   std::uint64_t first_tick_ = 0;  // of status().ticks, since start() or restart()
   std::uint32_t waited_ = 0;      // periods since the last servo step

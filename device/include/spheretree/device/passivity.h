@@ -13,15 +13,15 @@
 
 namespace spheretree::device {
 
-inline constexpr double kServoPeriod = 1e-3;  // [s]
+inline constexpr double kServoPeriod = 1e-3;  // of a servo step, unless SafetySettings::period says otherwise [s]
 inline constexpr int kMaxDelay = 7;           // largest delay: whole servo steps from a pose to the wrench that responds to it
 
 class PassivityControl {
  public:
-  PassivityControl() : PassivityControl(0, 0) {}
+  PassivityControl() : PassivityControl(0, 0, kServoPeriod) {}
   /// `delay`: 0..kMaxDelay. `max_damping`: of the translation [N s/mm]; the limit for the rotation is kLever^2 times
-  /// that.
-  PassivityControl(int delay, double max_damping) noexcept : delay_(delay), max_damping_(max_damping) {}
+  /// that. `period`: of a step [s].
+  PassivityControl(int delay, double max_damping, double period = kServoPeriod) noexcept;
 
   /// The wrench to send at this pose in place of `wrench`. Both are about the position of the pose. In each servo step
   /// call control() and then sent(), or, if the pose is unknown, lose() and then sent().
@@ -38,17 +38,18 @@ class PassivityControl {
   /// rendered.
   double debt() const noexcept;
 
-  static constexpr int kSpan = 8;       // steps over which the speed is averaged, so that a single count of an encoder is not a motion
-  static constexpr double kLever = 25;  // 1 rad counts as this length, the ratio of the start guard's 5 N mm and 0.2 N [mm]
+  static constexpr double kSpan = 8e-3;  // time over which the speed is averaged, so that a single count of an encoder is not a motion [s]
+  static constexpr double kLever = 25;   // 1 rad counts as this length, the ratio of the start guard's 5 N mm and 0.2 N [mm]
 
  private:
-  int delay_;
-  double max_damping_;
+  static constexpr int kMaxSpan = 64;  // kSpan in steps of 8 kHz
+  int delay_, span_;
+  double max_damping_, period_;
   bool has_pose_ = false;
   Configuration pose_;
   Wrench meant_wrench_;           // intended wrench of the step before
   double taken_ = 0, meant_ = 0;  // energy received from the hand: with the wrenches that were sent, and with those that were intended [mJ]
-  std::array<Displacement, kSpan> ways_{};       // displacements of the last steps, the latest first
+  std::array<Displacement, kMaxSpan> ways_{};    // displacements of the last span_ steps, the latest first
   std::array<Wrench, kMaxDelay + 1> sent_{};     // wrenches of the last steps, the latest first
   std::array<Wrench, kMaxDelay + 1> actions_{};  // the part of them that this class added
 };

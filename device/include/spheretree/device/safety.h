@@ -18,6 +18,7 @@ struct DeviceState {
   Configuration handle;       // position at which the wrench acts, and orientation of the handle; device frame
   std::uint32_t buttons = 0;  // bit n: button n is held
   bool released = false;      // nobody holds it (safety switch), or the device switched its forces off for a moment
+  double age = 0;             // time since the device measured this pose [s]; 0: it is of this step
   double temperature = 0;     // of the hottest motor, 0..1; 0 if the device does not report it
   bool failed = false;        // communication, timer or hardware fault: this is the last step of the run
   Wrench added;               // added by passivity control to the wrench of the step before; zero if it was inactive
@@ -33,30 +34,33 @@ struct Rendered {
 };
 
 struct SafetySettings {
+  double period = kServoPeriod;                     // from one servo step to the next [s]; [0.000125, 0.002]
   double max_force = 8;                             // of the vector [N]
   Eigen::Vector3d max_torque{188, 188, 48};         // of each component in handle axes, z along the handle [N mm]
   double continuous_force = 3;                      // limit while the motors are warm [N]
   Eigen::Vector3d continuous_torque{188, 188, 48};  // [N mm]
-  double force_slew = 0.5, torque_slew = 12;        // largest increase in one step, except at the beginning of a contact [N, N mm]
+  double force_slew = 0.5, torque_slew = 12;        // largest increase in 1 ms, except at the beginning of a contact [N, N mm]
   double contact_start = 0.01;  // after a rest of at least this duration, a contact may increase faster for this duration [s]; [0, 1]
   bool start_guard = true;      // start as after a release: zero until the requested wrench is nearly zero, then the ramp
-  double guard_force = 0.2, guard_torque = 5;             // limits of nearly zero [N, N mm], for more than 3 steps
+  double guard_force = 0.2, guard_torque = 5;             // limits of nearly zero [N, N mm], for more than 3 ms
   double ramp = 2;                                        // duration from zero to the full wrench [s]; [0.001, 60]
   double ramp_force_slew = 0.05, ramp_torque_slew = 1.2;  // as force_slew and torque_slew, during the ramp
-  double stale_after = 0.02;                              // contacts older than this fade [s]
+  double stale_after = 0.02;                              // contacts or poses older than this fade [s]
   double stale_fade = 0.1;                                // duration of that fade [s]
-  double off_after = 0.2;                                 // contacts older than this switch the forces off until rearm() [s]
+  double off_after = 0.2;                                 // contacts or poses older than this switch the forces off until rearm() [s]
   double hold = 0.005;  // for this time the last valid wrench replaces a failed one; then it fades like a stale one [s]
   double fade_speed = 1000, fade_force = 1;  // if faster and stronger than these, the wrench fades [mm/s, N]
   double fade_time = 0.05;                   // duration of that fade [s]; [0.001, 60]
-  double pose_jump = 10;                     // a larger motion in one step is a new calibration, not a hand [mm]
+  double pose_jump = 10;                     // a larger motion in 1 ms is a new calibration, not a hand [mm]
   double warm = 0.7, cool = 0.5;             // temperatures: limits shrink above `warm` and recover below `cool`; 0 < cool <= warm
-  double thermal_rate = 1e-3;                // relative change of the limits in one step; (0, 0.5]
+  double thermal_rate = 1e-3;                // relative change of the limits in 1 ms; (0, 0.5]
   std::uint32_t release_buttons = 1;         // bits of buttons; zero while one of them is held
-  bool passivity_control = false;            // remove the energy that sampling and delay add: passivity.h
-  double passivity_damping = 0.01;           // largest damping for that [N s/mm]
-  int delay = 0;                             // steps from a pose to its wrench, 0..kMaxDelay; set by the device
-};                                           // Members without a range above: (0, 1e6]
+  std::uint32_t clutch_buttons = 0;  // as release_buttons; the renderer's position also stands still, and goes on from there afterwards
+  double carried_weight = 0;         // of the handle, which the motors carry upwards (+y) [N]; [0, 5]
+  bool passivity_control = false;    // remove the energy that sampling and delay add: passivity.h
+  double passivity_damping = 0.01;   // largest damping for that [N s/mm]
+  int delay = 0;                     // steps from a pose to its wrench, 0..kMaxDelay; set by the device
+};                                   // Members without a range above: (0, 1e6]
 
 /// Bits: the rules that took effect in a step.
 enum SafetyEvent : std::uint32_t {
@@ -65,7 +69,7 @@ enum SafetyEvent : std::uint32_t {
   kSlewLimited = 4,
   kStartGuard = 8,            // waits for a nearly zero wrench
   kRamp = 16,                 // the wrench is scaled down until the ramp ends
-  kStaleModel = 32,           // the contacts are old, or the servo loop was late
+  kStaleModel = 32,           // the contacts or the pose are old, or the servo loop was late
   kForcesOff = 64,            // until rearm()
   kReleased = 128,            // a release button is held, or nobody holds the handle
   kTooFast = 256,             // fast and strong at the same time
@@ -97,7 +101,7 @@ class Safety {
 
  private:
   bool mayRender(const DeviceState& state, double elapsed) noexcept;
-  double freshness(const Rendered& rendered, double elapsed) noexcept;
+  double freshness(double pose_age, const Rendered& rendered, double elapsed) noexcept;
   bool guardPassed(const Wrench& wrench) noexcept;
   void moveGain(double freshness, double force) noexcept;
   void followTemperature(double temperature) noexcept;
@@ -108,6 +112,8 @@ class Safety {
   void followContact(double elapsed) noexcept;
 
   SafetySettings settings_;
+  double in_ms_;         // period in milliseconds: rates per millisecond times this are rates per step
+  double thermal_step_;  // factor of the limits in one step
   std::uint32_t events_ = 0;
   bool halted_ = false, device_failed_ = false, off_ = false, guarded_, warm_ = false;
   int calm_steps_ = 0;    // consecutive steps with a nearly zero wrench

@@ -48,7 +48,7 @@ struct SimulatedSettings {
   double thermal_time = 60;                            // time constant of the motors [s]; > 0. The continuous load heats them to 0.7
   double mode_frequency = 0,
          mode_damping = 0.05;  // structure between motor and handle, half of the mass on either side [Hz, 1]; 0: rigid; at most 500 Hz
-  double jitter = 0;           // largest delay of a servo step, uniformly distributed [s]; 0..0.0004
+  double jitter = 0;           // largest delay of a servo step, uniformly distributed [s]; 0..0.0004, and at most 0.4 of a step
   double lost_steps = 0;       // share of servo steps that are lost; 0..0.5
   std::uint64_t seed = 1;      // of jitter and lost steps
   Hand hand{"fine", 0.15, 4.5, 300};
@@ -77,7 +77,7 @@ class SimulatedDevice final : public Device {
   struct Body {
     Eigen::Vector3d position, velocity = Eigen::Vector3d::Zero();  // [mm, mm/s]
   };
-  void begin(Clock) override { rewind(); }
+  void begin(Clock) override;
   void rewind() noexcept override;
   bool advance() noexcept override;
   DeviceState measured() const noexcept;
@@ -97,6 +97,8 @@ class SimulatedDevice final : public Device {
   Eigen::Matrix<double, 6, 1> heat_ = Eigen::Matrix<double, 6, 1>::Zero();
   std::uint64_t steps_ = 0, random_state_ = 0;
   double time_ = 0;         // simulated time of the hand [s]
+  int substeps_ = 100;      // in a servo step
+  double substep_ = 1e-5;   // [s]
   int substeps_ahead_ = 0;  // substeps by which jitter delayed the beginning of this step
   double energy_ = 0;
 };
