@@ -233,7 +233,7 @@ void bindStep(py::module_& module) {
   using runtime::Contact;
   py::class_<Contact>(module, "Contact", "A contact of the graphic tool.")
       .def_readonly("object", &Contact::object, "Index of the object in the scene.")
-      .def_readonly("tool_leaf", &Contact::tool_leaf, "Node of the tool's tree.")
+      .def_readonly("tool_leaf", &Contact::tool_leaf, "Node of the tool's tree; if it rests with its hulls: their part.")
       .def_readonly("on_skin", &Contact::on_skin, "True if it is on the skin of the object, false if on one of its leaves.")
       .def_readonly("element", &Contact::element, "Triangle of the object's skin, or node of its tree.")
       .def_property_readonly(

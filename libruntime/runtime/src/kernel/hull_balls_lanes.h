@@ -170,11 +170,14 @@ inline HullBalls touchTriangles(const HullParts& h, const Patches& p, ToolBalls&
            first_smooth = sharp0 & ((I8)splatU(1) - sharp1), sharp = isSharp(p, h.way);
   HullBalls out{is_ball, is_ball, ~is_ball & ~sharp & ((I8)h.way == first_smooth), ~is_ball & sharp, splat(__builtin_inff()), h.way};
   if (maskOf(is_ball) == 0xff) return out;
+  const bool has_cones = maskOf(h.is_cone) != 0, has_slabs = maskOf(h.is_slab) != 0;
+  HullTouch cone{zero, zero, zero, I8{}}, slab = cone;
   F8 w1 = zero, w2 = zero;
 #pragma GCC unroll 1
   for (unsigned k = 0; k < 3; ++k) {
     const Vector8& a = p.position[k];
-    const HullTouch cone = coneAt(h, a, p.position[(k + 1) % 3] - a), slab = slabAt(h, a);
+    if (has_cones) cone = coneAt(h, a, p.position[(k + 1) % 3] - a);
+    if (has_slabs) slab = slabAt(h, a);
     const I8 mine = ((I8)h.way == (I8)splatU(k)) & ~is_ball;
     w1 = select(mine, select(h.is_slab, slab.w1, cone.w1), w1);
     w2 = select(mine, select(h.is_slab, slab.w2, zero), w2);

@@ -92,7 +92,7 @@ typedef struct st_contact {
   uint32_t object;         /* index, in the order in which objects were added */
   uint32_t on_skin;        /* 1: on the skin of the object; 0: on one of its leaves */
   uint32_t element;        /* triangle of the skin, or node of the object's tree */
-  uint32_t tool_leaf;      /* node of the tool's tree */
+  uint32_t tool_leaf;      /* node of the tool's tree; if it rests with its hulls: their part */
   double friction_n[3];    /* tangential force on the tool, world axes */
   double slip_mm_per_s[3]; /* tangential velocity of the tool's point relative to the object, world axes */
 } st_contact;

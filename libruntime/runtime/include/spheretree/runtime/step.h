@@ -60,7 +60,7 @@ struct StageTimes {
 /// A contact that holds the graphic tool.
 struct Contact {
   std::uint32_t object = 0;           // index in SceneDescription::objects
-  std::uint32_t tool_leaf = 0;        // node of the tool's tree
+  std::uint32_t tool_leaf = 0;        // node of the tool's tree; if the tool rests with its hulls: their part
   bool on_skin = false;               // true: on the skin; false: on a leaf of the object
   std::uint32_t element = 0;          // triangle of the object's skin, or node of its tree
   Eigen::Vector3d point{0, 0, 0};     // where the tool's leaf is touched, world frame [mm]
