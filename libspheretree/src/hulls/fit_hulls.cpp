@@ -72,8 +72,8 @@ std::vector<Piece> stripsOf(const Piece& piece, double width) {
   return strips;
 }
 
-// The deepest ball below a point of the surface that leaves at most `tolerance` between them; radius 0 if there is none.
-// Balls that touch the surface would be far smaller below flat facets than the surface is thick.
+// The deepest ball below a point of the surface that leaves at most `tolerance` between them; radius 0 if there is
+// none. Balls that touch the surface would be far smaller below flat facets than the surface is thick.
 Ball ballBelowPoint(const DistanceField& field, const Vector3d& point, const Vector3d& normal, double tolerance) {
   Ball best{point, 0};
   const auto reaches = [&](double depth) {
@@ -310,8 +310,8 @@ class HullFit {
     return out;
   }
 
-  // The largest overhang of some balls of the hull; infinite once it exceeds the tolerance. A proof for each of the many
-  // candidates would take a hundred times as long.
+  // The largest overhang of some balls of the hull; infinite once it exceeds the tolerance. A proof for each of the
+  // many candidates would take a hundred times as long.
   double estimatedOverhang(const Hull& hull) const {
     double largest = 0;
     const auto isWithin = [&](double w1, double w2) {

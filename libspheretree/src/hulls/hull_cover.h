@@ -24,8 +24,8 @@ class HullCover {
   /// A point counts as held if it is deeper than `margin` [mm] in a hull, which must exceed the errors of rounding.
   HullCover(std::span<const Hull> hulls, double margin);
 
-  /// Whether the hulls, without number `omitted`, provably hold the triangle. False if a point of it lies in none, or if
-  /// pieces as short as the margin still lie in no single one.
+  /// Whether the hulls, without number `omitted`, provably hold the triangle. False if a point of it lies in none, or
+  /// if pieces as short as the margin still lie in no single one.
   bool holds(const Piece& triangle, std::size_t omitted = kNone) const;
 
  private:
