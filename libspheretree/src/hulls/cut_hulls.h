@@ -13,8 +13,9 @@
 
 namespace spheretree::builder {
 
-/// The parts of one or more `hulls` (frame of the mesh), relative to `origin` and rounded outward, with their search tree. The bound
-/// of the overhang is not set. Empty if there are more balls or items than a file can number. Deterministic.
+/// The parts of one or more `hulls` (frame of the mesh), relative to `origin` and rounded outward, with their search
+/// tree. The bound of the overhang is not set. Empty if there are more balls or items than a file can number.
+/// Deterministic.
 Hulls cutHulls(std::span<const Hull> hulls, const Eigen::Vector3d& origin);
 
 /// Part number `part`, in the frame of `hulls`.
