@@ -26,14 +26,14 @@ Eigen::AlignedBox3d boxOf(const Hull& hull);
 /// Distance from points to a hull, in closed form.
 ///
 /// With f(w) = |p - c(w)| - r(w) for weights w, the distance is the minimum of f, which is convex. On the line through
-/// the centres of a cone, the minimum is where the line from p to c(w) is perpendicular to the cone's side; on the plane
-/// of a slab, where it is perpendicular to the slab's face. Beyond the ends it lies at the ends.
+/// the centres of a cone, the minimum is where the line from p to c(w) is perpendicular to the cone's side; on the
+/// plane of a slab, where it is perpendicular to the slab's face. Beyond the ends it lies at the ends.
 class HullDistance {
  public:
   explicit HullDistance(const Hull& hull);
-  /// Positive outside, negative inside: then some ball of the hull holds the ball about p with this radius. The value is
-  /// f at some weights, so that rounding cannot place a point inside that is outside by more than 1e-14 of its distance
-  /// from the balls.
+  /// Positive outside, negative inside: then some ball of the hull holds the ball about p with this radius. The value
+  /// is f at some weights, so that rounding cannot place a point inside that is outside by more than 1e-14 of its
+  /// distance from the balls.
   double operator()(const Eigen::Vector3d& p) const;
   /// Whether the hull holds the whole ball.
   bool holds(const Ball& ball) const { return (*this)(ball.centre) <= -ball.radius; }

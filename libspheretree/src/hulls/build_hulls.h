@@ -21,8 +21,8 @@ struct HullSettings {
 };
 
 /// Hulls that cover `mesh` and reach out of `field` by at most the tolerance; empty if that takes more than max_hulls,
-/// or if the tolerance is too small for float32. Their centres are relative to `origin`. Deterministic for any number of threads. @throws
-/// Cancelled.
+/// or if the tolerance is too small for float32. Their centres are relative to `origin`. Deterministic for any number
+/// of threads. @throws Cancelled.
 Hulls buildHulls(const TriangleMesh& mesh, const DistanceField& field, const Eigen::Vector3d& origin, const HullSettings& settings,
                  Progress& progress);
 
