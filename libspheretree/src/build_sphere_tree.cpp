@@ -15,6 +15,7 @@
 #include "certify/overhang_bound.h"
 #include "certify/prove_tree.h"
 #include "geometry/distance_field.h"
+#include "hulls/build_hulls.h"
 #include "level_search.h"
 #include "mesh/canonical_order.h"
 #include "mesh/surface_with_sheets.h"
@@ -156,6 +157,16 @@ void addSearchTree(SphereTree& tree) {
   tree.search = buildSearchTree(leaves);
 }
 
+void addHulls(const TriangleMesh& to_cover, const DistanceField& field, const BuildSettings& settings, SphereTree& tree,
+              std::vector<std::string>& notes, Progress& progress) {
+  const HullSettings hulls{settings.hull_tolerance_mm, static_cast<std::size_t>(settings.max_hulls), settings.seed};
+  const Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+  tree.hulls = buildHulls(to_cover, field, origin, hulls, progress);
+  if (tree.hulls.empty())
+    notes.push_back("no hulls: more than " + std::to_string(settings.max_hulls) +
+                    " would be needed, so the tree has its balls alone. Allow a larger overhang or more hulls.");
+}
+
 void recordProvenance(const TriangleMesh& mesh, const DistanceField& field, const BuildSettings& settings, Provenance& from) {
   from.builder = std::string(name(settings.builder)) + (settings.search ? "+search" : "");
   from.quality = name(settings.quality);
@@ -176,6 +187,8 @@ void prove(const TriangleMesh& mesh, const DistanceField& field, const SphereTre
   if (fault.empty() && decodeSphereTree(encodeSphereTree(tree), decoded, &fault) == LoadStatus::Ok && !(decoded == tree))
     fault = "its file holds another tree";
   if (fault.empty()) fault = findUnproven(mesh, field, decoded, progress);
+  const Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+  if (fault.empty() && !decoded.hulls.empty()) fault = findUnproven(mesh, field, decoded.hulls, origin, progress);
   if (!fault.empty()) throw std::logic_error("build: the tree is unsound, please report this: " + fault);
 }
 
@@ -217,6 +230,11 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   progress.stage("skin");
   addSkin(mesh, surface, settings, tree, statistics.notes, progress);
   clock.finish("skin");
+  if (settings.hulls) {
+    progress.stage("hulls");
+    addHulls(to_cover, field, settings, tree, statistics.notes, progress);
+    clock.finish("hulls");
+  }
   progress.stage("proof");
   prove(to_cover, field, tree, progress);
   clock.finish("proof");

@@ -58,6 +58,11 @@ static std::string skinText(const BuildSettings& settings) {
   return "skin_tolerance_mm=" + shortest(settings.skin_tolerance_mm) + "\ncrease_angle_deg=" + shortest(settings.crease_angle_deg) + "\n";
 }
 
+static std::string hullText(const BuildSettings& settings) {
+  if (!settings.hulls) return "";
+  return "hull_tolerance_mm=" + shortest(settings.hull_tolerance_mm) + "\nmax_hulls=" + std::to_string(settings.max_hulls) + "\n";
+}
+
 // Its words are those of trees that exist: another word would give the same settings another hash.
 std::string settingsText(const BuildSettings& settings) {
   std::string members;
@@ -66,8 +71,8 @@ std::string settingsText(const BuildSettings& settings) {
          "\nbranching=" + std::to_string(settings.branching) + "\nquality=" + std::string(name(settings.quality)) +
          "\ntolerance_mm=" + shortest(settings.tolerance_mm) + "\nseed=" + std::to_string(settings.seed) + "\n" +
          (settings.search ? "search=1\n" : "") + (settings.medial_axis == MedialAxis::Static ? "medial_axis=static\n" : "") +
-         skinText(settings) + gradedText(settings) + (settings.soft_share > 0 ? "soft_share=" + shortest(settings.soft_share) + "\n" : "") +
-         (settings.simplify ? "" : "simplify=0\n") +
+         skinText(settings) + hullText(settings) + gradedText(settings) +
+         (settings.soft_share > 0 ? "soft_share=" + shortest(settings.soft_share) + "\n" : "") + (settings.simplify ? "" : "simplify=0\n") +
          (settings.max_leaves == 0 ? "" : "most_leaves=" + std::to_string(settings.max_leaves) + "\n");
 }
 

@@ -103,6 +103,12 @@ builder::SkinEvaluation skinFromJson(const Json& json) {
   return skin;
 }
 
+Json hullsJson(const Hulls& hulls) {
+  if (hulls.empty()) return nullptr;
+  return {
+      {"hulls", hulls.count}, {"parts", hulls.parts.size()}, {"balls", hulls.balls.size()}, {"overhang_bound_mm", hulls.overhang_bound}};
+}
+
 Json hierarchyJson(const builder::HierarchyEvaluation& hierarchy) {
   return {{"leaves", hierarchy.leaves},
           {"leaves_outside_ancestor", hierarchy.leaves_outside_ancestor},

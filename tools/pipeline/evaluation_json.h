@@ -6,6 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "spheretree/builder/evaluation.h"
+#include "spheretree/core/hulls.h"
 
 namespace spheretree::pipeline {
 
@@ -18,6 +19,8 @@ builder::LevelEvaluation levelFromJson(const nlohmann::ordered_json& json);
 /// The field `skin`, to and from JSON. @throws as levelFromJson().
 nlohmann::ordered_json skinJson(const builder::SkinEvaluation& skin);
 builder::SkinEvaluation skinFromJson(const nlohmann::ordered_json& json);
+/// The field `hulls` of a tree: null if it has none.
+nlohmann::ordered_json hullsJson(const Hulls& hulls);
 
 /// The field `hierarchy`, to and from JSON. @throws as levelFromJson().
 nlohmann::ordered_json hierarchyJson(const builder::HierarchyEvaluation& hierarchy);

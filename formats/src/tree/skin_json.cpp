@@ -130,4 +130,41 @@ Skin readSkinJson(const JsonElement& element) {
   return skin;
 }
 
+std::string writeHullsJson(const Hulls& hulls) {
+  OrderedJson head;
+  head["overhang_bound_mm"] = hulls.overhang_bound;
+  head["count"] = hulls.count;
+  std::string text = head.dump();
+  text.pop_back();  // removes the brace, which follows after the arrays
+  text += ",\n  \"balls\": " + arrayOf(hulls.balls.size(), [&](std::size_t i) {
+            const Sphere& s = hulls.balls[i];
+            return OrderedJson::array({s.x, s.y, s.z, s.radius}).dump();
+          });
+  text +=
+      ",\n  \"parts\": " + arrayOf(hulls.parts.size(), [&](std::size_t i) {
+        const HullPart& part = hulls.parts[i];
+        return OrderedJson(std::vector<std::uint16_t>(part.begin(), part.begin() + static_cast<std::ptrdiff_t>(ballCount(part)))).dump();
+      });
+  return text + ",\n  \"search\": " + writeSearchJson(hulls.search) + "}";
+}
+
+Hulls readHullsJson(const JsonElement& element) {
+  Hulls hulls;
+  hulls.overhang_bound = element.at("overhang_bound_mm").smallNumber();
+  hulls.count = whole<std::uint32_t>(element.at("count"));
+  const JsonElement balls = element.at("balls"), parts = element.at("parts");
+  for (std::size_t i = 0; i < balls.size(); ++i) {
+    const JsonElement e = record(balls, i, 4);
+    hulls.balls.push_back({e.item(0).smallNumber(), e.item(1).smallNumber(), e.item(2).smallNumber(), e.item(3).smallNumber()});
+  }
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const JsonElement e = parts.item(i);
+    if (e.size() < 1 || e.size() > 3) e.fail("does not have 1 to 3 balls");
+    HullPart& part = hulls.parts.emplace_back(HullPart{kNoHullBall, kNoHullBall, kNoHullBall});
+    for (std::size_t k = 0; k < e.size(); ++k) part[k] = whole<std::uint16_t>(e.item(k));
+  }
+  hulls.search = readSearchJson(element.at("search"));
+  return hulls;
+}
+
 }  // namespace spheretree::formats

@@ -107,6 +107,7 @@ std::string writeTreeJson(const SphereTree& tree) {
   text += " ]";
   if (!tree.search.empty()) text += ",\n \"search\": " + writeSearchJson(tree.search);
   if (!tree.skin.empty()) text += ",\n \"skin\": " + writeSkinJson(tree.skin);
+  if (!tree.hulls.empty()) text += ",\n \"hulls\": " + writeHullsJson(tree.hulls);
   return text + "\n}\n";
 }
 
@@ -164,6 +165,7 @@ SphereTree parseTreeJson(std::string_view text, const std::string& name) {
   }
   if (root.has("search")) tree.search = readSearchJson(root.at("search"));
   if (root.has("skin")) tree.skin = readSkinJson(root.at("skin"));
+  if (root.has("hulls")) tree.hulls = readHullsJson(root.at("hulls"));
   if (const std::string fault = findFault(tree); !fault.empty()) throw FormatError(name + ": " + fault + ". Export the tree again.");
   return tree;
 }

@@ -58,6 +58,8 @@ void validate(const BuildSettings& settings) {
   require(std::isfinite(s.tolerance_mm) && s.tolerance_mm >= 0, "tolerance must be finite and not negative");
   require(std::isfinite(s.skin_tolerance_mm) && s.skin_tolerance_mm >= 0, "the skin's tolerance must be finite and not negative");
   require(s.crease_angle_deg >= 1 && s.crease_angle_deg <= 180, "the crease angle must be 1 to 180 degrees");
+  require(std::isfinite(s.hull_tolerance_mm) && s.hull_tolerance_mm >= 0, "the hulls' tolerance must be finite and not negative");
+  require(s.max_hulls >= 1 && s.max_hulls <= 4096, "max_hulls is " + std::to_string(s.max_hulls) + "; it must be 1 to 4096");
   require(s.threads >= 0, "threads must not be negative");
   require(s.max_leaves >= 0 && s.max_leaves <= static_cast<int>(kMaxSearchItems),
           "max_leaves is " + std::to_string(s.max_leaves) + "; it must be 0 to 32768");

@@ -12,6 +12,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/useful_threads.h"
@@ -47,7 +48,8 @@ struct BuildOptions {
   std::vector<std::filesystem::path> inputs;
   std::filesystem::path input, output, report;  // of one tree
   std::filesystem::path uncertified;
-  std::string builder = "cover", quality = "standard", medial_axis = "adaptive", unit, repair = "auto", parts = "merge", skin = "auto";
+  std::string builder = "cover", quality = "standard", medial_axis = "adaptive", unit, repair = "auto", parts = "merge", skin = "auto",
+              shape = "balls";
   std::vector<std::string> combine;
   builder::BuildSettings settings;
   bool crease_angle_is_given = false;
@@ -113,6 +115,8 @@ Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired
   settings["tolerance_mm"] = s.tolerance_mm > 0 ? Json(s.tolerance_mm) : Json(nullptr);
   settings["soft_share"] = s.soft_share > 0 ? Json(s.soft_share) : Json(nullptr);
   settings["skin_mm"] = !s.skin ? Json("off") : s.skin_tolerance_mm > 0 ? Json(s.skin_tolerance_mm) : Json("auto");
+  settings["hulls"] = s.hulls;
+  settings["hull_tolerance_mm"] = s.hulls && s.hull_tolerance_mm > 0 ? Json(s.hull_tolerance_mm) : Json(nullptr);
   settings["crease_angle_deg"] = s.crease_angle_deg;
   settings["unit_mm"] = s.unit_mm;
   settings["parts"] = options.parts;
@@ -142,6 +146,7 @@ Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired
         {{"level", level}, {"spheres", l.spheres}, {"overhang_bound_mm", l.overhang_bound_mm}, {"largest_growth_mm", l.largest_growth_mm}});
   }
   out["skin"] = result.tree.skin.empty() ? Json(nullptr) : pipeline::skinJson(builder::skinFigures(result.tree.skin));
+  out["hulls"] = pipeline::hullsJson(result.tree.hulls);
   const builder::Simplification& simplification = statistics.simplification;
   out["simplification"] = simplification.triangles == 0
                               ? Json(nullptr)
@@ -180,6 +185,8 @@ void printSummary(const BuildOptions& options, const builder::BuildResult& resul
     if (shows_growth) printResult("  %24.4g", l.largest_growth_mm);
     printResult("\n");
   }
+  if (const Hulls& hulls = result.tree.hulls; !hulls.empty())
+    printResult("hulls: %u in %zu parts, overhang bound %.6g mm\n", hulls.count, hulls.parts.size(), double{hulls.overhang_bound});
 }
 
 /// The largest number of leaves that the levels and children of the tree allow.
@@ -225,6 +232,13 @@ int buildOne(BuildOptions options, bool quiet, builder::Progress& progress) {
   options.settings.builder = pipeline::byName(pipeline::kBuilders, options.builder);
   options.settings.skin = options.skin != "off";
   options.settings.skin_tolerance_mm = lengthIn(options.skin).value_or(0);
+  if (options.shape == "hulls") {
+    // The tolerance is that of the hulls. The balls beside them are as tight as the tree allows.
+    options.settings.hulls = true;
+    options.settings.hull_tolerance_mm = std::exchange(options.settings.tolerance_mm, 0);
+    if (options.settings.max_leaves > 0) options.settings.max_hulls = std::min(options.settings.max_leaves, 4096);
+    if (options.settings.skin_tolerance_mm == 0) options.settings.skin_tolerance_mm = options.settings.hull_tolerance_mm;
+  }
   options.settings.quality = pipeline::byName(pipeline::kQualities, options.quality);
   options.settings.medial_axis = pipeline::byName(pipeline::kMedialAxes, options.medial_axis);
   if (options.settings.builder == BuilderKind::Combined && options.combine.empty()) options.combine = {"expand", "merge", "burst"};
@@ -307,6 +321,29 @@ int runBuild(const BuildOptions& options, bool quiet, builder::Progress& progres
   return code;
 }
 
+/// What a tool rests on, and what a tool is.
+void addContactOptions(CLI::App& app, const std::shared_ptr<BuildOptions>& options) {
+  app.add_option("--shape", options->shape,
+                 "hulls: also convex hulls of one, two or three balls, with which a tool is felt as smooth: the fewest that meet "
+                 "--tolerance, or else the tightest --leaves; balls: balls alone; default balls")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"balls", "hulls"}));
+  app.add_option("--skin", options->skin,
+                 "Largest distance in mm between the skin (the surface that a tool rests on) and the mesh, above 0; auto: the tolerance, "
+                 "or 0.2 % of the diagonal without one; off: no skin; default auto")
+      ->type_name("MM")
+      ->check([](const std::string& text) {
+        const bool fits = text == "auto" || text == "off" || lengthIn(text);
+        return fits ? std::string() : text + " is neither a length above 0 nor auto nor off";
+      });
+  app.add_option("--crease-angle", options->settings.crease_angle_deg,
+                 "An edge of the mesh whose two triangles meet at a larger angle than this, in degrees, stays sharp on the skin; 1 to "
+                 "180; default 50")
+      ->type_name("DEG")
+      ->check(numberIn(1, 180))
+      ->each([options](const std::string&) { options->crease_angle_is_given = true; });
+}
+
 }  // namespace
 
 void addBuildCommand(Program& program) {
@@ -346,20 +383,7 @@ void addBuildCommand(Program& program) {
                   "all levels are filled")
       ->type_name("MM")
       ->check([](const std::string& text) { return lengthIn(text) ? std::string() : text + " is not a length above 0"; });
-  app->add_option("--skin", options->skin,
-                  "Largest distance in mm between the skin (the surface that a tool rests on) and the mesh, above 0; auto: the tolerance, "
-                  "or 0.2 % of the diagonal without one; off: no skin; default auto")
-      ->type_name("MM")
-      ->check([](const std::string& text) {
-        const bool fits = text == "auto" || text == "off" || lengthIn(text);
-        return fits ? std::string() : text + " is neither a length above 0 nor auto nor off";
-      });
-  app->add_option("--crease-angle", options->settings.crease_angle_deg,
-                  "An edge of the mesh whose two triangles meet at a larger angle than this, in degrees, stays sharp on the skin; 1 to "
-                  "180; default 50")
-      ->type_name("DEG")
-      ->check(numberIn(1, 180))
-      ->each([options](const std::string&) { options->crease_angle_is_given = true; });
+  addContactOptions(*app, options);
   app->add_option("--leaves", options->settings.max_leaves,
                   "Largest number of leaves, 1 to 32768; builder cover, or --search; default: as many as --levels and --branching allow")
       ->type_name("N")

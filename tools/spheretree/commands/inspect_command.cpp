@@ -93,6 +93,7 @@ Json toJson(const SphereTree& tree, const FileFacts& file) {
                  {"hash", toHex(p.mesh_hash)}};
   out["settings_hash"] = toHex(p.settings_hash);
   out["skin"] = tree.skin.empty() ? Json(nullptr) : pipeline::skinJson(builder::skinFigures(tree.skin));
+  out["hulls"] = pipeline::hullsJson(tree.hulls);
   out["levels"] = Json::array();
   const std::vector<Tightness> tightness = measureTightness(tree);
   for (std::size_t level = 0; level < tightness.size(); ++level) {
@@ -128,6 +129,12 @@ void printSkin(const Skin& skin) {
               kDegree * s.edge_angle_p99, kDegree * s.edge_angle_max, kDegree * s.crease_angle);
 }
 
+void printHulls(const Hulls& hulls) {
+  if (!hulls.empty())
+    printResult("hulls       %u in %zu parts of %zu balls, overhang bound %g mm\n", hulls.count, hulls.parts.size(), hulls.balls.size(),
+                double{hulls.overhang_bound});
+}
+
 void printText(const SphereTree& tree, const std::filesystem::path& path, const FileFacts& file) {
   const Provenance& p = tree.provenance;
   printResult("%s: sound, %zu bytes, format %s\n", plainText(formats::shownName(path)).c_str(), file.bytes, file.version.c_str());
@@ -143,6 +150,7 @@ void printText(const SphereTree& tree, const std::filesystem::path& path, const 
   printResult("mesh hash   %s\nsettings    %s\n", toHex(p.mesh_hash).c_str(), toHex(p.settings_hash).c_str());
   printResult("origin      %g %g %g mm\n", tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
   printSkin(tree.skin);
+  printHulls(tree.hulls);
   printResult("nodes       %zu, %zu of them inner, branching %d\n\n", tree.nodeCount(), tree.bound.size(), tree.branching);
   printResult("level  spheres  overhang bound [mm]  radii [mm]               bounding radius over smallest  over cover\n");
   const std::vector<Tightness> tightness = measureTightness(tree);

@@ -12,7 +12,7 @@
 
 namespace spheretree::runtime {
 
-/// A part touches a triangle in up to three ways: a ball in its nearest point, a cone a side, a slab a corner. The
+/// A part touches a triangle in up to three ways: a ball in its nearest point, a cone at a side, a slab at a corner. The
 /// search finds slots of the tree. A pair with a cone or slab then becomes one for each way: their tool slots are slot +
 /// way * ways_apart.
 struct CompiledHulls {

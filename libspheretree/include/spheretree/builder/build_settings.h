@@ -38,6 +38,9 @@ struct BuildSettings {
   bool skin = true;              // store the surface that a tool rests on; docs/algorithms/skin/skin.md
   double skin_tolerance_mm = 0;  // > 0: largest distance of the skin from the mesh; 0: tolerance_mm, or kSkinTolerance of the diagonal
   double crease_angle_deg = 50;  // edges of the mesh with a larger angle stay sharp on the skin; range [1, 180]
+  bool hulls = false;            // store convex hulls of balls beside the balls, for a tool; docs/algorithms/hulls/fit_hulls.md
+  double hull_tolerance_mm = 0;  // > 0: the fewest hulls whose overhang stays within this; 0: the tightest max_hulls
+  int max_hulls = 256;           // at most this number of hulls, range [1, 4096]; if the tolerance needs more, the tree has none
   bool simplify = true;          // search on fewer triangles if the mesh is finer than the spheres can follow (simplify_mesh.h)
   double unit_mm = 1;            // unit of the source file [mm]; only recorded
   std::uint64_t seed = 1;        // any value
