@@ -12,9 +12,9 @@
 
 namespace spheretree::runtime {
 
-/// A part touches a triangle in up to three ways: a ball in its nearest point, a cone at a side, a slab at a corner. The
-/// search finds slots of the tree. A pair with a cone or slab then becomes one for each way: their tool slots are slot +
-/// way * ways_apart.
+/// A part touches a triangle in up to three ways: a ball in its nearest point, a cone at a side, a slab at a
+/// corner. The search finds slots of the tree. A pair with a cone or slab then becomes one for each way: their tool
+/// slots are slot + way * ways_apart.
 struct CompiledHulls {
   CompiledTree tree;
   std::uint32_t ways_apart = 0;      // number of slots of the tree
