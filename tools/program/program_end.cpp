@@ -73,11 +73,12 @@ InterruptGuard::InterruptGuard(builder::Progress& progress) {
 }
 
 InterruptGuard::~InterruptGuard() {
+  running.store(nullptr);
+  if (interrupted_at.load() != 0) return;  // the program ends: the rest of the same interrupt must not cut off its message
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
   struct sigaction hang_up {};
   ::sigaction(SIGHUP, nullptr, &hang_up);
   if (hang_up.sa_handler == interrupt) std::signal(SIGHUP, SIG_DFL);
-  running.store(nullptr);
 }
 
 int explain(const std::string& program, int code, const std::string& message) {

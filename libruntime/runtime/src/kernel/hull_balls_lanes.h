@@ -10,6 +10,8 @@ namespace {
 
 constexpr float kJoint = 1e-4f;  // in weights of balls: a touch may be beyond the end of a part by this, so that rounding leaves no slit
 
+// Functions that scenes without hulls do not call stay out of line, so that those are no slower and the library small.
+
 // 8 parts of hulls, in the axes of the object.
 struct HullParts {
   Vector8 first, span1, span2;  // centre of ball 0; from it to balls 1 and 2: zero if there are none
@@ -17,7 +19,7 @@ struct HullParts {
   U8 way;
   I8 is_cone, is_slab;  // neither: a ball
 
-  void setSpans(const Sphere* const (&one)[8], const Sphere* const (&two)[8], const float* rotation) {
+  [[gnu::noinline]] void setSpans(const Sphere* const (&one)[8], const Sphere* const (&two)[8], const float* rotation) {
     F8 x, y, z;
     transpose(one, x, y, z, rise1);
     span1 = turn(x, y, z, rotation);
@@ -30,7 +32,7 @@ struct HullParts {
 };
 
 // Of the pairs from `i` on; the centres of `balls` are those of balls 0.
-inline HullParts partsOf(const RowRequest& q, std::uint32_t i, const ToolBalls& balls) {
+[[gnu::noinline]] HullParts partsOf(const RowRequest& q, std::uint32_t i, const ToolBalls& balls) {
   HullParts h;
   h.first = balls.centre;
   h.radius = balls.radius;
@@ -78,7 +80,7 @@ struct HullAxis {
   }
 };
 
-inline HullTouch coneAt(const HullParts& h, const Vector8& point) {
+[[gnu::noinline]] HullTouch coneAt(const HullParts& h, const Vector8& point) {
   const HullAxis axis(h);
   const Vector8 from = point - h.first;
   const F8 z = dot(axis.unit, from);
@@ -87,7 +89,7 @@ inline HullTouch coneAt(const HullParts& h, const Vector8& point) {
 }
 
 // The same for the segment from `a` to a + d: the distance is convex along it.
-inline HullTouch coneAt(const HullParts& h, const Vector8& a, const Vector8& d) {
+[[gnu::noinline]] HullTouch coneAt(const HullParts& h, const Vector8& a, const Vector8& d) {
   const F8 one = splat(1), half = splat(0.5f);
   const HullAxis axis(h);
   const Vector8 from = a - h.first;
@@ -107,7 +109,7 @@ inline HullTouch coneAt(const HullParts& h, const Vector8& a, const Vector8& d) 
 }
 
 // The ball of each slab that is nearest to `point`, on the face of the slab that is turned to it.
-inline HullTouch slabAt(const HullParts& h, const Vector8& point) {
+[[gnu::noinline]] HullTouch slabAt(const HullParts& h, const Vector8& point) {
   const F8 one = splat(1), zero = splat(0);
   const Vector8 across = cross(h.span1, h.span2);
   const F8 square = dot(across, across), inverse2 = dividedBy(one, square), inverse = squareRoot(inverse2);
@@ -123,7 +125,7 @@ inline HullTouch slabAt(const HullParts& h, const Vector8& point) {
 }
 
 // Moves the balls of the lanes in `which` to these weights, or to the nearest ones within the part.
-inline void moveTo(const I8& which, const F8& w1, const F8& w2, const HullParts& h, ToolBalls& balls) {
+[[gnu::noinline]] void moveTo(const I8& which, const F8& w1, const F8& w2, const HullParts& h, ToolBalls& balls) {
   const F8 zero = splat(0), one = splat(1), u = maxOf(w1, zero), v = maxOf(w2, zero), share = one / maxOf(one, u + v),
            a = select(which, share * u, zero), b = select(which, share * v, zero);
   const Vector8 way = a * h.span1 + b * h.span2;
@@ -133,7 +135,8 @@ inline void moveTo(const I8& which, const F8& w1, const F8& w2, const HullParts&
 }
 
 // The distance of a point from a cone with its ends.
-inline F8 gapOfCone(HullParts h, const Vector8& from, const F8& radius, const Vector8& span, const F8& rise, const Vector8& point) {
+[[gnu::noinline]] F8 gapOfCone(HullParts h, const Vector8& from, const F8& radius, const Vector8& span, const F8& rise,
+                               const Vector8& point) {
   h.first = from, h.radius = radius, h.span1 = span, h.rise1 = rise;
   const F8 w = clamp01(coneAt(h, point).w1);
   const Vector8 way = point - (from + w * span);
@@ -141,7 +144,7 @@ inline F8 gapOfCone(HullParts h, const Vector8& from, const F8& radius, const Ve
 }
 
 // The distance of a point from each part. Beside its face, a slab touches with one of its three cones.
-inline F8 gapOf(const HullParts& h, const Vector8& point) {
+[[gnu::noinline]] F8 gapOf(const HullParts& h, const Vector8& point) {
   const F8 side1 = gapOfCone(h, h.first, h.radius, h.span1, h.rise1, point);
   if (maskOf(h.is_slab) == 0) return side1;
   const HullTouch slab = slabAt(h, point);
@@ -164,7 +167,7 @@ constexpr HullBalls kOnlyBalls{~I8{}, ~I8{}, I8{}, I8{}, F8{}, U8{}};
 inline I8 isSharp(const Patches& p, const U8& side) { return (I8)((p.flags >> side) & splatU(1)) != 0; }
 
 // Cones touch side `way` of the triangle, slabs corner `way`.
-inline HullBalls touchTriangles(const HullParts& h, const Patches& p, ToolBalls& balls) {
+[[gnu::noinline]] HullBalls touchTriangles(const HullParts& h, const Patches& p, ToolBalls& balls) {
   const F8 zero = splat(0);
   const I8 is_ball = ~(h.is_cone | h.is_slab), sharp0 = isSharp(p, splatU(0)), sharp1 = isSharp(p, splatU(1)),
            first_smooth = sharp0 & ((I8)splatU(1) - sharp1), sharp = isSharp(p, h.way);
@@ -189,7 +192,7 @@ inline HullBalls touchTriangles(const HullParts& h, const Patches& p, ToolBalls&
 }
 
 // Of the three ways of a part, the first one is for a ball.
-inline I8 touchBalls(const HullParts& h, const Vector8& centre, ToolBalls& balls) {
+[[gnu::noinline]] I8 touchBalls(const HullParts& h, const Vector8& centre, ToolBalls& balls) {
   const HullTouch cone = coneAt(h, centre), slab = slabAt(h, centre);
   const I8 is_ball = ~(h.is_cone | h.is_slab);
   moveTo(~is_ball, select(h.is_slab, slab.w1, cone.w1), select(h.is_slab, slab.w2, splat(0)), h, balls);

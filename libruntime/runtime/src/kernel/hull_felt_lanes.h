@@ -16,7 +16,7 @@ struct PatchFunction {
 // A patch at some weights.
 struct PatchPlace {
   Vector8 at, at_u, at_v, normal, normal_u, normal_v;
-  PatchPlace(const Quadratic& position, const Quadratic& direction, const F8& u, const F8& v)
+  [[gnu::noinline]] PatchPlace(const Quadratic& position, const Quadratic& direction, const F8& u, const F8& v)
       : at(position.at(u, v)),
         at_u(position.alongU(u, v)),
         at_v(position.alongV(u, v)),
@@ -26,14 +26,14 @@ struct PatchPlace {
 };
 
 // Zero where the normal of the patch is one of the cone or slab along `span`: normal . span = rise |normal|.
-inline PatchFunction lean(const PatchPlace& p, const Vector8& span, const F8& rise) {
+[[gnu::noinline]] PatchFunction lean(const PatchPlace& p, const Vector8& span, const F8& rise) {
   const F8 length = squareRoot(dot(p.normal, p.normal)), share = dividedBy(rise, length);
   return {dot(p.normal, span) - rise * length, dot(p.normal_u, span) - share * dot(p.normal, p.normal_u),
           dot(p.normal_v, span) - share * dot(p.normal, p.normal_v)};
 }
 
 // Zero where the axis of the cone passes through the line along the normal.
-inline PatchFunction offAxis(const PatchPlace& p, const HullParts& h) {
+[[gnu::noinline]] PatchFunction offAxis(const PatchPlace& p, const HullParts& h) {
   const Vector8 way = h.first - p.at, across = cross(h.span1, p.normal);
   return {dot(across, way), dot(cross(h.span1, p.normal_u), way) - dot(across, p.at_u),
           dot(cross(h.span1, p.normal_v), way) - dot(across, p.at_v)};
@@ -41,7 +41,7 @@ inline PatchFunction offAxis(const PatchPlace& p, const HullParts& h) {
 
 // Whether the gap grows to all sides of the place, so that it is where the part touches first: for a cone, along its
 // axis.
-inline I8 isNearest(const PatchPlace& p, const HullParts& h, const PatchFunction& f) {
+[[gnu::noinline]] I8 isNearest(const PatchPlace& p, const HullParts& h, const PatchFunction& f) {
   const F8 uu = dot(p.normal_u, p.at_u), vv = dot(p.normal_v, p.at_v),
            uv = splat(0.5f) * (dot(p.normal_u, p.at_v) + dot(p.normal_v, p.at_u));
   const F8 along = uu * f.along_v * f.along_v - splat(2) * uv * f.along_u * f.along_v + vv * f.along_u * f.along_u;
@@ -55,8 +55,8 @@ struct HullFoot {
 
 // Finds where the cones and slabs rest, by Newton's method on the weights of the patch, and moves the balls of the
 // lanes in `which` there.
-inline HullFoot restOnPatches(const I8& which, const HullParts& h, const Quadratic& position, const Quadratic& direction,
-                              ToolBalls& balls) {
+[[gnu::noinline]] HullFoot restOnPatches(const I8& which, const HullParts& h, const Quadratic& position, const Quadratic& direction,
+                                         ToolBalls& balls) {
   const F8 zero = splat(0), one = splat(1);
   HullFoot foot{splat(1.0f / 3), splat(1.0f / 3), {}};
   F8 last = one;
