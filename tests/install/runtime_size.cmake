@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# The runtime for any language is small: its shared library, stripped, is below 284 KiB: 50 of them are the rows of hulls, for two instruction sets.
+# The runtime for any language is small: its shared library, stripped, is below 284 KiB. The rows of hulls, for two
+# instruction sets, are 50 of them.
 # Usage: cmake -DLIBRARY=FILE -DSTRIP=PROGRAM -DWORK=FOLDER -P runtime_size.cmake
 execute_process(COMMAND ${STRIP} -o ${WORK}/stripped.so ${LIBRARY} COMMAND_ERROR_IS_FATAL ANY)
 file(SIZE ${WORK}/stripped.so bytes)
