@@ -41,7 +41,8 @@ class OverhangSearch {
     std::size_t pieces = 1;
     while (attained_ <= settings_.limit && open_.front().bound > enough() && (settings_.max_pieces == 0 || pieces < settings_.max_pieces)) {
       std::pop_heap(open_.begin(), open_.end());
-      const auto [piece, whole_bound] = open_.back();
+      const HullPiece next_piece = open_.back();
+      const Hull& piece = next_piece.hull;
       open_.pop_back();
       std::size_t longest = 0;
       const auto length2 = [&](std::size_t k) { return (piece.ball[k].centre - piece.ball[(k + 1) % piece.count].centre).squaredNorm(); };
@@ -53,7 +54,7 @@ class OverhangSearch {
       for (const std::size_t k : {longest, next}) {
         Hull half = piece;
         half.ball[k] = halfway;
-        add(half, whole_bound);
+        add(half, next_piece.bound);
       }
       pieces += 2;
     }

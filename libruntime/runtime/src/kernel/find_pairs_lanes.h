@@ -130,7 +130,7 @@ class PairFinder {
     if (hits == 0) return;
     const BlockLinks &links = (kToolIsOne ? view.links : s_.tool_links)[b],
                      &one_links = (kToolIsOne ? s_.tool_links : view.links)[slot >> 3];
-    if (kToolIsOne && s_.hulls.way && (slot & 7) >= one_links.inner) hits &= nearHull(slot, many, view.motion);
+    if (kToolIsOne && (slot & 7) >= one_links.inner && s_.hulls.way) hits &= nearHull(slot, many, view.motion);
     if (!kToolIsOne && view.still_patches && (slot & 7) >= one_links.inner) hits &= nearTriangle(view, slot, many);
     if (hits == 0) return;
     const std::uint32_t name = kToolIsOne ? slot << 16 | b << 3 : b << 19 | slot;

@@ -113,7 +113,6 @@ float reachOf(std::uint32_t object, double margin, const StepMemory& memory) {
 
 void keepNear(double margin, PairSet& pairs, RowSet& rows, StepMemory& memory) noexcept {
   const float* const felt_way = memory.rowArray(kFeltWay);
-  const std::size_t arrays = rows.along ? kRowArrays : kRowArrays - 1;
   std::uint32_t count = 0;
   for (PairRun& run : memory.runs) {
     const float largest = reachOf(run.object, margin, memory);
@@ -122,7 +121,8 @@ void keepNear(double margin, PairSet& pairs, RowSet& rows, StepMemory& memory) n
       // The felt row of a hull may be of another ball than the guarded one.
       if (-rows.b[i] > largest * rows.weight[i] && !(rows.along && felt_way[i] <= largest)) continue;
       memory.pairs[count] = memory.pairs[i];
-      for (std::size_t k = 0; k < arrays; ++k) memory.rowArray(k)[count] = memory.rowArray(k)[i];
+      for (std::size_t k = 0; k < kAlong; ++k) memory.rowArray(k)[count] = memory.rowArray(k)[i];
+      if (rows.along) memory.rowArray(kAlong)[count] = memory.rowArray(kAlong)[i];
       ++count;
     }
     run.begin = begin;
