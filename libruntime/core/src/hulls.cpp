@@ -23,7 +23,7 @@ std::string faultIn(const Hulls& hulls, const HullPart& part) {
     for (std::size_t j = 0; j < std::min(k, count); ++j)
       if (part[j] == part[k]) return "it has the same ball twice";
   }
-  if (count > 1 && !(steepness(hulls, part) <= kSteepestHull)) return "one of its balls almost holds another, or its centres lie on a line";
+  if (!(steepness(hulls, part) <= kSteepestHull)) return "one of its balls almost holds another, or its centres lie on a line";
   return "";
 }
 
@@ -36,19 +36,23 @@ Sphere enclose(const Hulls& hulls, const HullPart& part) {
   return smallestEnclosing(std::span<const Sphere>(balls.data(), count));
 }
 
-double steepness(const Hulls& hulls, const HullPart& part) {
-  const Sphere &first = hulls.balls[part[0]], &second = hulls.balls[part[1]];
-  const Vector3d e1 = centreOf(second) - centreOf(first);
-  const double rise1 = double{second.radius} - double{first.radius};
-  if (ballCount(part) == 2) return e1.norm() > 0 ? std::abs(rise1) / e1.norm() : std::numeric_limits<double>::infinity();
-  const Sphere& third = hulls.balls[part[2]];
-  const Vector3d e2 = centreOf(third) - centreOf(first);
-  const double rise2 = double{third.radius} - double{first.radius};
+double steepness(std::span<const Ball> balls) {
+  if (balls.size() == 1) return 0;
+  const Vector3d e1 = balls[1].centre - balls[0].centre;
+  const double rise1 = balls[1].radius - balls[0].radius, none = std::numeric_limits<double>::infinity();
+  if (balls.size() == 2) return e1.norm() > 0 ? std::abs(rise1) / e1.norm() : none;
+  const Vector3d e2 = balls[2].centre - balls[0].centre, across = e1.cross(e2);
+  const double rise2 = balls[2].radius - balls[0].radius, square = across.squaredNorm();
   // The gradient g of the radius over the plane: g . e1 = rise1, g . e2 = rise2.
-  const Vector3d across = e1.cross(e2);
-  const double square = across.squaredNorm();
   return square > 1e-12 * e1.squaredNorm() * e2.squaredNorm() ? (rise1 * e2.cross(across) + rise2 * across.cross(e1)).norm() / square
-                                                              : std::numeric_limits<double>::infinity();
+                                                              : none;
+}
+
+double steepness(const Hulls& hulls, const HullPart& part) {
+  std::array<Ball, 3> balls;
+  const std::size_t count = ballCount(part);
+  for (std::size_t k = 0; k < count; ++k) balls[k] = {centreOf(hulls.balls[part[k]]), double{hulls.balls[part[k]].radius}};
+  return steepness({balls.data(), count});
 }
 
 std::string findFault(const Hulls& hulls) {

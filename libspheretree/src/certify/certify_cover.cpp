@@ -24,13 +24,6 @@ constexpr double kRelative = 0.1;  // relative accuracy of a growth: without it,
 constexpr double kSame = 1e-3;     // as a share of the gap: corners of a gap this near to each other are one corner, of two cells
 constexpr double kFine = 50;       // pieces of sides up to this multiple of the resolution are not split further to avoid a growth
 
-std::size_t shortestSide(const Piece& piece) {
-  std::size_t k = 0;
-  for (std::size_t j = 1; j < 3; ++j)
-    if (side2(piece, j) < side2(piece, k)) k = j;
-  return k;
-}
-
 Vector3d farthestCorner(const Piece& piece, const Vector3d& c) {
   return *std::max_element(piece.corner.begin(), piece.corner.end(),
                            [&](const Vector3d& a, const Vector3d& b) { return (a - c).squaredNorm() < (b - c).squaredNorm(); });

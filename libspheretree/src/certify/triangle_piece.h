@@ -42,6 +42,14 @@ inline std::size_t longestSide(const Piece& piece) {
   return k;
 }
 
+/// Index of the corner opposite the shortest side.
+inline std::size_t shortestSide(const Piece& piece) {
+  std::size_t k = 0;
+  for (std::size_t j = 1; j < 3; ++j)
+    if (side2(piece, j) < side2(piece, k)) k = j;
+  return k;
+}
+
 /// Halves the piece at the side opposite corner `k`: if that is the longest, slivers become compact. Both halves have
 /// exactly the same new corner.
 inline std::array<Piece, 2> halvesOf(const Piece& piece, std::size_t k) {

@@ -3,32 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace spheretree::builder {
 
 using Eigen::Vector3d;
-
-namespace {
-
-constexpr double kFlat = 1e-12;  // squared sine of the angle of a slab, below which its centres count as points of a line
-
-// Gradient of the radius over the plane of three balls; `across` is the product of two sides.
-Vector3d slopeOf(const Hull& hull, const Vector3d& across) {
-  const Vector3d e1 = hull.ball[1].centre - hull.ball[0].centre, e2 = hull.ball[2].centre - hull.ball[0].centre;
-  const double rise1 = hull.ball[1].radius - hull.ball[0].radius, rise2 = hull.ball[2].radius - hull.ball[0].radius;
-  return (rise1 * e2.cross(across) + rise2 * across.cross(e1)) / across.squaredNorm();
-}
-
-}  // namespace
-
-double steepness(const Hull& hull) {
-  if (hull.count == 1) return 0;
-  const Vector3d e1 = hull.ball[1].centre - hull.ball[0].centre;
-  if (hull.count == 2) return e1.norm() > 0 ? std::abs(hull.ball[1].radius - hull.ball[0].radius) / e1.norm() : kInfinity;
-  const Vector3d e2 = hull.ball[2].centre - hull.ball[0].centre, across = e1.cross(e2);
-  return across.squaredNorm() > kFlat * e1.squaredNorm() * e2.squaredNorm() ? slopeOf(hull, across).norm() : kInfinity;
-}
 
 Eigen::AlignedBox3d boxOf(const Hull& hull) {
   Eigen::AlignedBox3d box;
@@ -62,7 +40,7 @@ HullDistance::HullDistance(const Hull& hull) : sides_(hull.count == 3 ? 3 : 1) {
   const Vector3d e1 = hull.ball[1].centre - corner_, e2 = hull.ball[2].centre - corner_, across = e1.cross(e2);
   normal_ = across.normalized();
   weight1_ = e2.cross(across) / across.squaredNorm(), weight2_ = across.cross(e1) / across.squaredNorm();
-  slope_ = slopeOf(hull, across);
+  slope_ = (hull.ball[1].radius - radius_) * weight1_ + (hull.ball[2].radius - radius_) * weight2_;
   cosine_ = std::sqrt(1 - slope_.squaredNorm());
   shift_ = slope_ / cosine_;
 }

@@ -9,6 +9,7 @@
 #include <cstddef>
 
 #include "base/ball.h"
+#include "spheretree/core/hulls.h"
 
 namespace spheretree::builder {
 
@@ -17,9 +18,7 @@ struct Hull {
   std::size_t count = 1;  // 1 .. 3
 };
 
-/// Sine of the half angle of a cone, or of the angle of a slab's faces with the plane of its centres; 0 for one ball.
-/// Infinite if two centres coincide, or if those of a slab lie on a line.
-double steepness(const Hull& hull);
+inline double steepness(const Hull& hull) { return spheretree::steepness({hull.ball.data(), hull.count}); }
 
 Eigen::AlignedBox3d boxOf(const Hull& hull);
 

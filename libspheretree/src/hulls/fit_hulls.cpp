@@ -46,13 +46,6 @@ struct Candidate {
   double gain = -1;  // area of the open pieces in the hull; below 0: not a hull that holds the first piece within the tolerance
 };
 
-std::size_t shortestSide(const Piece& piece) {
-  std::size_t k = 0;
-  for (std::size_t j = 1; j < 3; ++j)
-    if (side2(piece, j) < side2(piece, k)) k = j;
-  return k;
-}
-
 double areaOf(const Piece& piece) { return 0.5 * (piece.corner[1] - piece.corner[0]).cross(piece.corner[2] - piece.corner[0]).norm(); }
 
 // Strips parallel to the shortest side. Halving alone would cut a sliver into many more pieces, each thinner than it.

@@ -74,17 +74,13 @@ std::uint32_t waysOf(std::uint32_t pair, std::uint32_t object, const StepMemory&
   return skin.ways[skin.tree.item[pair & 0xffff]] >> (balls == 2 ? 0 : 3) & 7u;
 }
 
-// Each pair with a cone or slab becomes one for each of its ways.
+// Each pair with a cone or slab becomes one for each of its ways. Returns the number of pairs. The pairs are first moved
+// to the end of the memory, so that none is overwritten before it is read.
 std::uint32_t spreadWays(std::uint32_t count, std::uint32_t near_count, StepMemory& memory) noexcept {
-  std::uint32_t total = 0, from = 0;
-  for (std::uint32_t n = 0; n < near_count; ++n)
-    for (std::uint32_t k = 0; k < memory.near_counts[n]; ++k)
-      total += static_cast<std::uint32_t>(__builtin_popcount(waysOf(memory.pairs[from++], memory.near[n], memory)));
-  // From the end, so that no pair is overwritten before it is read: all are moved there first.
-  std::uint32_t* const source = memory.pairs.data() + memory.pairs.size() - count;
-  std::copy_backward(memory.pairs.data(), memory.pairs.data() + count, source + count);
-  const std::uint32_t* next = source;
-  std::uint32_t* to = memory.pairs.data();
+  std::uint32_t* const first = memory.pairs.data();
+  const std::uint32_t* next = first + memory.pairs.size() - count;
+  std::copy_backward(first, first + count, first + memory.pairs.size());
+  std::uint32_t* to = first;
   for (std::uint32_t n = 0; n < near_count; ++n) {
     const std::uint32_t* const begin = to;
     for (std::uint32_t k = 0; k < memory.near_counts[n]; ++k, ++next) {
@@ -94,7 +90,7 @@ std::uint32_t spreadWays(std::uint32_t count, std::uint32_t near_count, StepMemo
     }
     memory.near_counts[n] = static_cast<std::uint32_t>(to - begin);
   }
-  return total;
+  return static_cast<std::uint32_t>(to - first);
 }
 
 }  // namespace

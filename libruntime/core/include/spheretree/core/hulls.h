@@ -14,6 +14,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -47,8 +48,10 @@ inline std::size_t ballCount(const HullPart& part) { return part[1] == kNoHullBa
 /// A sphere that encloses the part. Deterministic.
 Sphere enclose(const Hulls& hulls, const HullPart& part);
 
-/// How steep a part of two or three balls is: the sine of the half angle of a cone, or of the angle that the faces of a
-/// slab make with the plane of its centres. Above 1: one ball holds the others, or the centres of a slab lie on a line.
+/// How steep the hull of two or three balls is: the sine of the half angle of a cone, or of the angle that the faces of
+/// a slab make with the plane of its centres; 0 for one ball. Above 1: one ball holds the others. Infinite: two centres
+/// coincide, or those of a slab lie on a line.
+double steepness(std::span<const Ball> balls);
 double steepness(const Hulls& hulls, const HullPart& part);
 
 /// Returns a sentence about the first broken rule, which names the part, or "" for sound hulls. The rules: balls are
