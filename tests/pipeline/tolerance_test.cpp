@@ -198,5 +198,24 @@ TEST(Tolerance, EveryLeafIsNeeded) {
   });
 }
 
+// Their bound is searched for above what is attained; it must not end above the tolerance for that.
+TEST(Tolerance, OfHullsIsKept) {
+  const std::filesystem::path folder = std::filesystem::path(SPHERETREE_SHARED_DIR) / "meshes/dental";
+  for (const char* name : {"tooth_FDI23_canine.stl", "tooth_FDI11_incisor.stl"}) {
+    if (!std::filesystem::exists(folder / name)) GTEST_SKIP() << "no " << folder;
+    const TriangleMesh mesh = formats::readMesh(folder / name).mesh;
+    for (const double tolerance : {0.3, 0.5}) {
+      BuildSettings settings;
+      settings.quality = builder::Quality::Quick;
+      settings.hulls = true;
+      settings.hull_tolerance_mm = tolerance;
+      builder::Progress progress;
+      const Hulls hulls = builder::buildSphereTree(mesh, settings, progress).tree.hulls;
+      ASSERT_FALSE(hulls.empty()) << name;
+      EXPECT_LE(double{hulls.overhang_bound}, tolerance) << name;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace spheretree

@@ -50,8 +50,11 @@ Hulls hullsWithin(const TriangleMesh& mesh, const DistanceField& field, const Ve
                   Progress& progress) {
   const Eigen::AlignedBox3d& box = field.box();
   const double farthest = std::max((box.min() - origin).cwiseAbs().maxCoeff(), (box.max() - origin).cwiseAbs().maxCoeff());
-  FitSettings fit{
-      .tolerance = settings.tolerance, .rounding = 2 * kFloatStep * farthest, .max_hulls = settings.max_hulls, .seed = settings.seed};
+  // Less than the tolerance by what the bound may be above what is attained: the bound itself meets the tolerance.
+  FitSettings fit{.tolerance = settings.tolerance * (1 - 2 * kAttained),
+                  .rounding = 2 * kFloatStep * farthest,
+                  .max_hulls = settings.max_hulls,
+                  .seed = settings.seed};
   if (fit.tolerance < kFinest * fit.rounding) return {};
   const std::vector<Hull> fitted = fitHulls(mesh, field, fit, progress);
   Hulls hulls = fitted.empty() ? Hulls{} : cutHulls(fitted, origin);

@@ -74,8 +74,8 @@ std::uint32_t waysOf(std::uint32_t pair, std::uint32_t object, const StepMemory&
   return skin.ways[skin.tree.item[pair & 0xffff]] >> (balls == 2 ? 0 : 3) & 7u;
 }
 
-// Each pair with a cone or slab becomes one for each of its ways. Returns the number of pairs. The pairs are first moved
-// to the end of the memory, so that none is overwritten before it is read.
+// Each pair with a cone or slab becomes one for each of its ways. Returns the number of pairs. The pairs are first
+// moved to the end of the memory, so that none is overwritten before it is read.
 std::uint32_t spreadWays(std::uint32_t count, std::uint32_t near_count, StepMemory& memory) noexcept {
   std::uint32_t* const first = memory.pairs.data();
   const std::uint32_t* next = first + memory.pairs.size() - count;
