@@ -42,6 +42,13 @@ constexpr const char* kFull = R"({"schema": "spheretree.scene/1", "unit": "cm",
 constexpr const char* kMinimal = R"({"schema": "spheretree.scene/1", "tool": {"name": "t", "mesh": "t.obj"},
  "objects": [{"name": "o", "tree": "o.stree"}]})";
 
+constexpr const char* kCut = R"({"schema": "spheretree.scene/1",
+ "tool": {"name": "drill", "mesh": "drill.obj",
+          "burr": [{"centre_mm": [0, 0, 0.5], "radius_mm": 0.5}, {"centre_mm": [0, 0, 1.25], "radius_mm": 0.625}]},
+ "objects": [{"name": "tooth_36", "mesh": "tooth.obj",
+  "cut": {"layers": [{"name": "enamel", "mesh": "tooth.obj"}, {"name": "dentine", "mesh": "inner/dentine.obj"}],
+          "removal_mm_per_n_s": {"enamel": 1.0, "dentine": 3.0}, "tangential": 0.25}}]})";
+
 std::string sceneRefusal(const std::string& text) {
   return test::refusalOf<FormatError>([&] { (void)parseScene(text, "a.scene.json"); });
 }
@@ -107,6 +114,56 @@ TEST(SceneFile, ReadsEveryField) {
   EXPECT_EQ(mergedSettings({}, s.defaults), s.defaults);
 }
 
+TEST(SceneFile, ReadsWhatABurrCuts) {
+  const SceneFile s = parseScene(kCut, "a.scene.json");
+  ASSERT_EQ(s.tool.burr.size(), 2u);
+  EXPECT_EQ(s.tool.burr[1].centre, Eigen::Vector3d(0, 0, 1.25));
+  EXPECT_EQ(s.tool.burr[1].radius, 0.625);
+  ASSERT_TRUE(s.objects[0].cut);
+  const CutDescription& cut = *s.objects[0].cut;
+  ASSERT_EQ(cut.layers.size(), 2u);
+  EXPECT_EQ(cut.layers[0].name, "enamel");
+  EXPECT_EQ(cut.layers[0].removal, 1);
+  EXPECT_EQ(cut.layers[1].mesh, "inner/dentine.obj");
+  EXPECT_EQ(cut.layers[1].removal, 3);
+  EXPECT_EQ(cut.tangential, 0.25);
+  EXPECT_TRUE(canCut(s));
+  EXPECT_FALSE(canCut(parseScene(kFull, "a")));
+  EXPECT_EQ(parseScene(replaced(kCut, ", \"tangential\": 0.25", ""), "a").objects[0].cut->tangential, 0.5);
+}
+
+TEST(SceneFile, RefusesABurrOrLayersThatCannotBe) {
+  const std::vector<std::array<std::string, 3>> cases{
+      {"\"radius_mm\": 0.625", "\"radius_mm\": 0", "tool.burr[1].radius_mm is 0, not above 0"},
+      {"\"radius_mm\": 0.625", "\"radius_mm\": -1", "tool.burr[1].radius_mm is -1, not above 0"},
+      {"\"radius_mm\": 0.625", "\"size\": 1", "tool.burr[1] has the unknown key \"size\""},
+      {"{\"centre_mm\": [0, 0, 0.5], \"radius_mm\": 0.5}, {\"centre_mm\": [0, 0, 1.25], \"radius_mm\": 0.625}", "",
+       "tool.burr has 0 balls, not 1 to 32"},
+      {"\"enamel\": 1.0", "\"enamel\": -1.0", "objects[0].cut.removal_mm_per_n_s.enamel is -1, not above 0"},
+      {"\"enamel\": 1.0", "\"enamel\": \"fast\"", "removal_mm_per_n_s.enamel is not a number"},
+      {", \"dentine\": 3.0", "", "objects[0].cut.removal_mm_per_n_s has no rate for the layer \"dentine\""},
+      {", \"dentine\": 3.0", ", \"dentine\": 3.0, \"pulp\": 9", "has a rate for \"pulp\", and layers has none of this name"},
+      {"\"name\": \"dentine\"", "\"name\": \"enamel\"", "objects[0].cut.layers[1].name is \"enamel\", the name of another layer"},
+      {"\"name\": \"dentine\"", "\"name\": \"a/b\"", "objects[0].cut.layers[1].name is \"a/b\", not safe"},
+      {"\"mesh\": \"inner/dentine.obj\"", "\"mesh\": \"\"", "objects[0].cut.layers[1].mesh is empty"},
+      {"\"mesh\": \"inner/dentine.obj\"", "\"tree\": \"d\"", "objects[0].cut.layers[1] has the unknown key \"tree\""},
+      {"{\"name\": \"enamel\", \"mesh\": \"tooth.obj\"}", "{\"name\": \"enamel\", \"mesh\": \"shell.obj\"}",
+       "objects[0].cut.layers[0].mesh is \"shell.obj\", not \"tooth.obj\": the first layer is the whole object"},
+      {"\"tangential\": 0.25", "\"tangential\": 3", "objects[0].cut.tangential is 3, not within 0 .. 2"},
+      {"\"tangential\"", "\"friction\"", "objects[0].cut has the unknown key \"friction\""},
+      {"\"mesh\": \"tooth.obj\",", "\"mesh\": \"tooth.obj\", \"part\": \"a\",", "objects[0].cut is for a whole mesh"},
+      {"\"mesh\": \"tooth.obj\",", "\"mesh\": \"tooth.obj\", \"stiffness_n_per_mm\": 2,", "objects[0].cut is for a rigid object"},
+      {"\"mesh\": \"tooth.obj\",", "\"mesh\": \"tooth.obj\", \"skin_mm\": \"off\",", "objects[0].cut needs a skin"},
+      {"\"tool\"", "\"defaults\": {\"skin_mm\": \"off\"}, \"tool\"", "objects[0].cut needs a skin"},
+      {"\"mesh\": \"tooth.obj\",",
+       "\"mesh\": \"tooth.obj\", \"soft\": {\"young_kpa\": 5, \"fixed\": [{\"sphere\": {\"centre_mm\": [0, 0, 0], \"radius_mm\": 1}}]},",
+       "objects[0].cut is for a rigid object"}};
+  for (const auto& [from, to, message] : cases) {
+    const std::string said = sceneRefusal(replaced(kCut, from, to));
+    EXPECT_NE(said.find(message), std::string::npos) << from << " -> " << to << ": " << said;
+  }
+}
+
 TEST(SceneFile, HasTheDefaultsOfTheContract) {
   const SceneFile s = parseScene(kMinimal, "a.scene.json");
   EXPECT_EQ(s.unit, "mm");
@@ -119,10 +176,12 @@ TEST(SceneFile, HasTheDefaultsOfTheContract) {
 }
 
 TEST(SceneFile, SurvivesARoundTrip) {
-  for (const char* text : {kFull, kMinimal}) {
+  for (const char* text : {kFull, kMinimal, kCut}) {
     const std::string once = sceneText(parseScene(text, "a"));
     EXPECT_EQ(sceneText(parseScene(once, "b")), once);
   }
+  EXPECT_EQ(nlohmann::json::parse(sceneText(parseScene(kCut, "a")))["objects"][0]["cut"], nlohmann::json::parse(kCut)["objects"][0]["cut"]);
+  EXPECT_EQ(nlohmann::json::parse(sceneText(parseScene(kCut, "a")))["tool"]["burr"], nlohmann::json::parse(kCut)["tool"]["burr"]);
   const nlohmann::json before = nlohmann::json::parse(kFull), after = nlohmann::json::parse(sceneText(parseScene(kFull, "a")));
   for (const char* key : {"unit", "defaults", "coupling", "limits", "tool", "work", "reach"}) EXPECT_EQ(before[key], after[key]) << key;
   EXPECT_EQ(before["objects"][0], after["objects"][0]);

@@ -111,6 +111,18 @@ TEST(Trajectory, OtherRatesAreInterpolated) {
   }
 }
 
+TEST(Trajectory, SaysWhetherTheBurrSpins) {
+  const std::string header = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,spin\n";
+  EXPECT_TRUE(parseTrajectory(kHeader + "0,0,0,0,1,0,0,0\n", "in.csv").spins.empty());
+  EXPECT_EQ(parseTrajectory(header + "0,0,0,0,1,0,0,0,1\n0.001,0,0,0,1,0,0,0,0\n", "in.csv").spins, (std::vector<bool>{true, false}));
+  // Between rows the burr does as in the row before.
+  EXPECT_EQ(parseTrajectory(header + "0,0,0,0,1,0,0,0,1\n0.003,0,0,0,1,0,0,0,0\n0.005,0,0,0,1,0,0,0,1\n", "in.csv").spins,
+            (std::vector<bool>{true, true, true, false, false, true}));
+  EXPECT_EQ(parseTrajectory("spin,t_s,hx_mm,hy_mm,hz_mm,hqw,hqx,hqy,hqz\n1,0,0,0,0,1,0,0,0\n", "in.csv").spins, std::vector<bool>{true});
+  EXPECT_NE(messageOf(header + "0,0,0,0,1,0,0,0,2\n").find("column 9 (spin) is \"2\""), std::string::npos);
+  EXPECT_NE(messageOf("t_s,x_mm,y_mm,z_mm,qw,qx,qy,spin,qz\n").find("line 1: the header"), std::string::npos);
+}
+
 TEST(Trajectory, MissingFileIsAFileError) { EXPECT_THROW(readTrajectory("/nowhere/in.csv"), FileError); }
 
 }  // namespace

@@ -478,6 +478,32 @@ TEST(Recording, IsNotThereUntilItIsWhole) {
   EXPECT_THROW(RecordingWriter(folder.path() / "no" / "such.csv"), formats::FileError);
 }
 
+TEST(Recording, SaysWhatABurrDoes) {
+  const test::ScratchFolder folder;
+  const std::filesystem::path file = folder.path() / "run.csv";
+  RunIdentity identity;
+  identity.layers = {"enamel", "dentine"};
+  RecordingWriter recording(file, identity);
+  RecordedStep row;
+  recording.push(row);
+  row.tick = 1;
+  row.time = 0.001;
+  row.spins = true;
+  row.removed = 0.1;
+  row.layer = 1;
+  recording.push(row);
+  recording.finish();
+  const std::string text = slurp(file);
+  EXPECT_NE(text.find(",hinges_deg,spin,removed_mm3,layer\n"), std::string::npos) << text;
+  EXPECT_NE(text.find(",0,0,\n"), std::string::npos) << text;
+  EXPECT_NE(text.find(",1,0.1,dentine\n"), std::string::npos) << text;
+  const RecordedRun read = readRun(file);
+  EXPECT_FALSE(read.steps[0].spins);
+  EXPECT_TRUE(read.steps[1].spins);
+  EXPECT_EQ(read.steps[1].removed, 0.1);
+  EXPECT_EQ(formats::readTrajectory(file).spins, (std::vector<bool>{false, true}));
+}
+
 TEST(Recording, NamesItsSceneInItsFirstRow) {
   const test::ScratchFolder folder;
   const std::string scene = "a b/\"c\",100%\n.json", settings = "mode=paper contact=leaves";

@@ -23,6 +23,7 @@ constexpr const char* kSceneSchema = "spheretree.scene/1";
 constexpr std::uint64_t kMaxBytes = 16 << 20;
 constexpr std::size_t kMaxHingeAngles = 100'000;
 constexpr double kMaxFriction = 2;
+constexpr double kFastestRemoval = 1e4;  // [mm/(N s)]
 constexpr std::size_t kLongestText = 4096;
 constexpr std::array<const char*, 4> kUnits{"mm", "cm", "m", "in"};
 constexpr std::array<const char*, 2> kMedialAxes{"adaptive", "static"};
@@ -209,6 +210,62 @@ SoftSettings readSoft(const JsonElement& e) {
   return soft;
 }
 
+/// The rate of each layer, by its name in `rates`.
+void readRates(const JsonElement& rates, std::vector<CutLayer>& layers) {
+  for (CutLayer& layer : layers) {
+    if (!rates.has(layer.name.c_str())) rates.fail("has no rate for the layer " + inQuotes(layer.name));
+    layer.removal = above0(rates.at(layer.name.c_str()), kFastestRemoval);
+  }
+  for (const std::string& name : rates.keys())
+    if (std::none_of(layers.begin(), layers.end(), [&](const CutLayer& layer) { return layer.name == name; }))
+      rates.fail("has a rate for " + inQuotes(name) + ", and layers has none of this name");
+}
+
+CutDescription readCut(const JsonElement& e) {
+  e.onlyKeys({"layers", "removal_mm_per_n_s", "tangential"});
+  CutDescription cut;
+  const JsonElement layers = e.at("layers");
+  if (layers.size() < 1 || layers.size() > kMaxCutLayers)
+    layers.fail("has " + std::to_string(layers.size()) + " layers, not 1 to " + std::to_string(kMaxCutLayers));
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    const JsonElement layer = layers.item(i);
+    layer.onlyKeys({"name", "mesh"});
+    CutLayer read{fileSafeName(layer.at("name")), shortText(layer.at("mesh")), 0};
+    for (const CutLayer& other : cut.layers)
+      if (other.name == read.name) layer.at("name").fail("is " + inQuotes(read.name) + ", the name of another layer");
+    if (read.mesh.empty()) layer.at("mesh").fail("is empty");
+    cut.layers.push_back(std::move(read));
+  }
+  readRates(e.at("removal_mm_per_n_s"), cut.layers);
+  if (e.has("tangential")) cut.tangential = within(e.at("tangential"), 0, kMaxFriction);
+  return cut;
+}
+
+/// What an object needs for a burr to cut it.
+void refuseUncuttable(const JsonElement& object, const SceneFile& scene, const SceneItem& item) {
+  const JsonElement cut = object.at("cut");
+  if (item.soft) cut.fail("is for a rigid object; leave out soft");
+  if (item.stiffness_n_per_mm > 0) cut.fail("is for a rigid object; leave out stiffness_n_per_mm");
+  if (!item.part.empty()) cut.fail("is for a whole mesh; write the part to a file of its own");
+  if (mergedSettings(item.settings, scene.defaults).skin_mm == 0.0) cut.fail("needs a skin; leave out skin_mm");
+  const std::filesystem::path& outer = item.cut->layers.front().mesh;
+  if (!item.mesh.empty() && item.mesh.lexically_normal() != outer.lexically_normal())
+    cut.at("layers").item(0).at("mesh").fail("is " + inQuotes(outer.string()) + ", not " + inQuotes(item.mesh.string()) +
+                                             ": the first layer is the whole object");
+}
+
+std::vector<Ball> readBurr(const JsonElement& e) {
+  if (e.size() < 1 || e.size() > kMaxBurrBalls)
+    e.fail("has " + std::to_string(e.size()) + " balls, not 1 to " + std::to_string(kMaxBurrBalls));
+  std::vector<Ball> burr;
+  for (std::size_t i = 0; i < e.size(); ++i) {
+    const JsonElement ball = e.item(i);
+    ball.onlyKeys({"centre_mm", "radius_mm"});
+    burr.push_back({vector(ball.at("centre_mm")), above0(ball.at("radius_mm"), kMaxSceneLength)});
+  }
+  return burr;
+}
+
 void readCouplingAndLimits(const JsonElement& root, SceneFile& scene) {
   if (root.has("coupling")) {
     const JsonElement coupling = root.at("coupling");
@@ -320,8 +377,9 @@ void refuseUnknownHolders(const JsonElement& root, const SceneFile& scene) {
 
 void readTool(const JsonElement& tool, SceneFile& scene) {
   tool.onlyKeys({"name", "mesh", "tree", "unit", "part", "reference_point_mm", "reference_point", "position_mm", "quaternion_wxyz",
-                 "friction", SPHERETREE_TREE_SETTINGS});
+                 "friction", "burr", SPHERETREE_TREE_SETTINGS});
   scene.tool = readItem(tool);
+  if (tool.has("burr")) scene.tool.burr = readBurr(tool.at("burr"));
   scene.tool.pose = readPose(tool);
   if (tool.has("reference_point")) {
     if (tool.has("reference_point_mm")) tool.fail("has both \"reference_point\" and \"reference_point_mm\"");
@@ -343,7 +401,7 @@ void readObjects(const JsonElement& objects, SceneFile& scene) {
   for (std::size_t i = 0; i < count; ++i) {
     const JsonElement object = objects.item(i);
     object.onlyKeys({"name", "mesh", "tree", "unit", "part", "position_mm", "quaternion_wxyz", "body", "friction", "stiffness_n_per_mm",
-                     "soft", SPHERETREE_TREE_SETTINGS});
+                     "soft", "cut", SPHERETREE_TREE_SETTINGS});
     SceneItem item = readItem(object);
     if (object.has("soft")) {
       if (object.has("tree")) object.at("soft").fail("is for a mesh that a tree is built from; a soft tree (.soft) has it in it");
@@ -351,6 +409,10 @@ void readObjects(const JsonElement& objects, SceneFile& scene) {
     }
     item.pose = readPose(object);
     readContact(object, scene, item);
+    if (object.has("cut")) {
+      item.cut = readCut(object.at("cut"));
+      refuseUncuttable(object, scene, item);
+    }
     scene.objects.push_back(std::move(item));
   }
 }
@@ -433,6 +495,21 @@ OrderedJson toJson(const SoftSettings& soft) {
   return out;
 }
 
+OrderedJson toJson(const CutDescription& cut) {
+  OrderedJson layers = OrderedJson::array(), rates = OrderedJson::object();
+  for (const CutLayer& layer : cut.layers) {
+    layers.push_back({{"name", layer.name}, {"mesh", layer.mesh.string()}});
+    rates[layer.name] = layer.removal;
+  }
+  return {{"layers", std::move(layers)}, {"removal_mm_per_n_s", std::move(rates)}, {"tangential", cut.tangential}};
+}
+
+OrderedJson toJson(const std::vector<Ball>& burr) {
+  OrderedJson out = OrderedJson::array();
+  for (const Ball& ball : burr) out.push_back({{"centre_mm", toJson(ball.centre)}, {"radius_mm", ball.radius}});
+  return out;
+}
+
 }  // namespace
 
 TreeSettings mergedSettings(const TreeSettings& own, const TreeSettings& defaults) {
@@ -465,6 +542,11 @@ double hingeAngle(const Hinge& hinge, double t) {
 Configuration hingePose(const Hinge& hinge, double degree) {
   const Quaternion turn = rotationOf(hinge.axis * (degree * 3.14159265358979323846 / 180));
   return {hinge.point_mm - turn * hinge.point_mm, turn};
+}
+
+bool canCut(const SceneFile& scene) {
+  return !scene.tool.burr.empty() &&
+         std::any_of(scene.objects.begin(), scene.objects.end(), [](const SceneItem& object) { return object.cut.has_value(); });
 }
 
 std::filesystem::path scenePath(const std::filesystem::path& scene_path, const std::filesystem::path& path) {
@@ -528,6 +610,7 @@ std::string sceneText(const SceneFile& scene) {
   else
     out["tool"]["reference_point"] = scene.tool.reference_point;
   if (!isIdentity(scene.tool.pose)) addPose(out["tool"], scene.tool.pose);
+  if (!scene.tool.burr.empty()) out["tool"]["burr"] = toJson(scene.tool.burr);
   addSettings(out["tool"], scene.tool.settings);
   if (!isIdentity(scene.device)) {
     out["device"] = OrderedJson::object();
@@ -544,6 +627,7 @@ std::string sceneText(const SceneFile& scene) {
     addPose(item, object.pose);
     addSettings(item, object.settings);
     if (object.soft) item["soft"] = toJson(*object.soft);
+    if (object.cut) item["cut"] = toJson(*object.cut);
     out["objects"].push_back(std::move(item));
   }
   if (!scene.work.empty()) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <utility>
 
 #include "spheretree/formats/csv_table.h"
@@ -29,18 +30,21 @@ class TrajectoryReader {
     chooseColumns();
     while (table_.next()) readRow();
     if (poses_.empty()) table_.fail("no row after the header: give one for each servo step of 1 ms");
-    if (is_every_step_) return {std::move(poses_), kStep};
-    return {resampled(), longest_gap_};
+    if (is_every_step_) return {std::move(poses_), std::move(spins_), kStep};
+    return resampled();
   }
 
  private:
   void chooseColumns() {
     const std::vector<std::string_view>& found = table_.columns();
     const bool recorded = table_.find("hx_mm").has_value();
-    if (!recorded && !std::equal(found.begin(), found.end(), kColumns.begin(), kColumns.end())) {
+    spin_ = table_.find("spin");
+    const auto poses_end = found.end() - (spin_ == kColumns.size() && found.size() == kColumns.size() + 1 ? 1 : 0);
+    if (!recorded && !std::equal(found.begin(), poses_end, kColumns.begin(), kColumns.end())) {
       std::string header;
       for (const std::string_view column : found) header += (header.empty() ? "" : ",") + std::string(column);
-      table_.fail("the header is " + inQuotes(header) + ": write " + kHeader + ", or give a recording of haptic-player");
+      table_.fail("the header is " + inQuotes(header) + ": write " + kHeader +
+                  " (and ,spin for a burr), or give a recording of haptic-player");
     }
     for (std::size_t k = 0; k < kColumns.size(); ++k)
       at_[k] = table_.require(recorded ? kRecordedColumns[k] : kColumns[k], "record it again with haptic-player --record");
@@ -58,6 +62,7 @@ class TrajectoryReader {
     // A smaller deviation is rounding: normalising again would change the last bit of a recorded number.
     if (std::abs(length - 1) > 4e-15) pose.orientation.normalize();
     poses_.push_back(pose);
+    if (spin_) spins_.push_back(table_.count(*spin_, 1) == 1);
   }
 
   void checkTime(double time) {
@@ -71,31 +76,35 @@ class TrajectoryReader {
   }
 
   /// Interpolates the poses at each millisecond after the first row.
-  std::vector<Configuration> resampled() const {
-    std::vector<Configuration> out;
+  Trajectory resampled() const {
+    Trajectory out{{}, {}, longest_gap_};
     std::size_t after = 0;
     for (std::size_t n = 0;; ++n) {
       const double time = times_.front() + static_cast<double>(n) * kStep;
       while (after < times_.size() && times_[after] < time - kStepTolerance) ++after;
       if (after == times_.size()) return out;
       const Configuration& to = poses_[after];
-      if (after == 0 || times_[after] - time < kStepTolerance) {
-        out.push_back(to);
+      const bool is_row = after == 0 || times_[after] - time < kStepTolerance;
+      if (spin_) out.spins.push_back(spins_[is_row ? after : after - 1]);
+      if (is_row) {
+        out.poses.push_back(to);
         continue;
       }
       const Configuration& from = poses_[after - 1];
       const double share = (time - times_[after - 1]) / (times_[after] - times_[after - 1]);
       const Displacement way = displacementBetween(from, to);
-      out.push_back(moved(from, {share * way.translation, share * way.rotation}));
+      out.poses.push_back(moved(from, {share * way.translation, share * way.rotation}));
     }
   }
 
   CsvTable table_;
   std::array<std::size_t, 8> at_{};
+  std::optional<std::size_t> spin_;
   std::vector<double> times_;
   double longest_gap_ = 0;
   bool is_every_step_ = true;
   std::vector<Configuration> poses_;
+  std::vector<bool> spins_;
 };
 
 }  // namespace

@@ -47,6 +47,13 @@ class JsonElement {
     if (found == value_.end()) fail(std::string("has no \"") + key + "\"");
     return {*found, path_.empty() ? key : path_ + "." + key, source_};
   }
+  /// The keys of an object, in the order of their bytes.
+  std::vector<std::string> keys() const {
+    if (!value_.is_object()) fail("is not an object");
+    std::vector<std::string> out;
+    for (const auto& item : value_.items()) out.push_back(item.key());
+    return out;
+  }
   /// Refuses unknown keys: they are most likely typing errors, and their values would be silently ignored.
   void onlyKeys(std::initializer_list<std::string_view> known) const {
     if (!value_.is_object()) fail("is not an object");

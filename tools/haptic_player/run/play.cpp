@@ -209,6 +209,10 @@ RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path
   for (const formats::SceneItem& object : scene.objects) identity.objects.push_back(object.name);
   for (const formats::SceneBody& body : scene.bodies) identity.hinges += body.hinge ? 1 : 0;
   identity.hinges = std::min(identity.hinges, kMaxHinges);
+  if (formats::canCut(scene))
+    for (const formats::SceneItem& object : scene.objects)
+      if (object.cut)
+        for (const formats::CutLayer& layer : object.cut->layers) identity.layers.push_back(layer.name);
   identity.scene = std::filesystem::proximate(settings.scene, std::filesystem::absolute(recording).parent_path()).string();
   if (identity.scene == kSampleScene) identity.scene = std::string("./") + kSampleScene;
   return identity;

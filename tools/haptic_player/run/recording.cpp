@@ -48,6 +48,7 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& path, RunIdentity 
   header.insert(header.size() - 1, ",scene,settings,touched,friction_n,slip_mm_s,hinges_deg");
   if (identity_.has_tissue) header.insert(header.size() - 1, ",tissue_states");
   if (identity_.has_passivity) header.insert(header.size() - 1, ",passivity_n,passivity_nmm,passivity_mj");
+  if (!identity_.layers.empty()) header.insert(header.size() - 1, ",spin,removed_mm3,layer");
   file_.append(header);
   thread_ = std::thread([this] { drain(); });
 }
@@ -84,6 +85,11 @@ void RecordingWriter::appendFullRow(std::string& text, const RecordedStep& row) 
     text += ',';
     for (const double value : {row.passivity_force, row.passivity_torque, row.passivity_debt}) appendNumber(text, value);
     text.pop_back();
+  }
+  if (!identity_.layers.empty()) {
+    text += row.spins ? ",1," : ",0,";
+    appendNumber(text, row.removed);
+    if (row.layer < identity_.layers.size()) text += formats::encodedField(identity_.layers[row.layer]);
   }
   text += '\n';
 }

@@ -26,12 +26,13 @@ struct RunIdentity {
   std::size_t hinges = 0;                 // number of angles in the column hinges_deg
   bool has_tissue = false;                // whether there is a column tissue_states
   bool has_passivity = false;             // whether there are the columns of passivity control
+  std::vector<std::string> layers = {};  // of all objects that can be cut, in the order of the scene; none: there are no columns of cutting
 };
 inline constexpr const char* kSampleScene = "sample";  // the built-in scene
 
 /// The header line of the numeric columns, with its end of line. RecordingWriter adds the columns scene, settings,
-/// touched, friction_n, slip_mm_s and hinges_deg; tissue_states if a solver moves tissue; and passivity_n,
-/// passivity_nmm and passivity_mj with passivity control.
+/// touched, friction_n, slip_mm_s and hinges_deg; tissue_states if a solver moves tissue; passivity_n,
+/// passivity_nmm and passivity_mj with passivity control; and spin, removed_mm3 and layer if a burr can cut.
 std::string_view recordingHeader();
 
 /// Appends one line. Numbers are the shortest decimals that read back as the same double: same run, same bytes.

@@ -29,7 +29,9 @@ class RunReader {
         scene_(table_.find("scene")),
         settings_(table_.find("settings")),
         hinges_(table_.find("hinges_deg")),
-        tissue_(table_.find("tissue_states")) {
+        tissue_(table_.find("tissue_states")),
+        spin_(table_.find("spin")),
+        removed_(table_.find("removed_mm3")) {
     for (std::size_t c = 0; c < kColumns.size(); ++c) at_[c] = table_.require(kColumns[c], "give a recording of haptic-player --record");
   }
 
@@ -79,6 +81,8 @@ class RunReader {
     step.total_us = real(30);
     if (hinges_) step.hinges = angles();
     if (tissue_) step.tissue_states = static_cast<std::uint32_t>(table_.count(*tissue_, 0xffffffffu));
+    if (spin_) step.spins = table_.count(*spin_, 1) == 1;
+    if (removed_) step.removed = table_.number(*removed_);
     if (penetration_) step.penetration = table_.number(*penetration_);
     if (!out_.steps.empty() && step.time < out_.steps.back().time) table_.failField(at_[1], "the time decreases");
     if (out_.steps.empty()) {
@@ -89,7 +93,7 @@ class RunReader {
   }
 
   formats::CsvTable table_;
-  std::optional<std::size_t> penetration_, scene_, settings_, hinges_, tissue_;
+  std::optional<std::size_t> penetration_, scene_, settings_, hinges_, tissue_, spin_, removed_;
   std::array<std::size_t, kColumns.size()> at_{};
   RecordedRun out_;
 };

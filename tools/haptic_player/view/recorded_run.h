@@ -23,7 +23,7 @@ struct RecordedRun {
 };
 
 /// Finds columns by their names in the first line, in any order. Unknown columns are ignored; penetration_mm, scene,
-/// settings and hinges_deg are optional.
+/// settings, hinges_deg, tissue_states, spin and removed_mm3 are optional.
 /// @throws formats::FileError, formats::FormatError with line and column
 RecordedRun readRun(const std::filesystem::path& path);
 

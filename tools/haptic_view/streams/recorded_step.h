@@ -30,6 +30,9 @@ struct RecordedStep {
   double slip = 0;                     // tangential speed of the contact with the largest force [mm/s]
   HingeAngles hinges{};                // angles of the bodies with a hinge, in the order of the scene
   std::uint32_t tissue_states = 0;     // number of states of soft tissue used so far
+  bool spins = false;                  // whether the burr spins
+  double removed = 0;                  // volume that the burr has removed so far, as the runtime estimates it [mm3]
+  std::uint32_t layer = kUntouched;    // that the burr touches, among the layers of all objects in the order of the scene
   // Of the step before: the wrench that passivity control added, and the energy that it has yet to remove [N, N mm,
   // mJ].
   double passivity_force = 0, passivity_torque = 0, passivity_debt = 0;

@@ -64,20 +64,24 @@ Task taskOf(const BatchSettings& settings, MeshStore& meshes) {
   return task;
 }
 
+/// `path` of the scene file `scene`, as the scene in `folder` names it.
+std::filesystem::path rebased(const std::filesystem::path& path, const std::filesystem::path& scene, const std::filesystem::path& folder) {
+  return path.empty() || path.is_absolute() ? path : std::filesystem::proximate(formats::scenePath(scene, path), folder);
+}
+
 /// The scene that the player loads: trees, and the meshes from which they were built for display, without the failed
 /// objects.
 formats::SceneFile compiledScene(const Task& task, const BatchSettings& settings, const std::vector<BatchItem>& items) {
   formats::SceneFile out = task.scene;
   out.defaults = {};
   out.objects.clear();
-  for (formats::SceneBody& body : out.bodies)
-    if (!body.pose_csv.empty() && !body.pose_csv.is_absolute())
-      body.pose_csv = std::filesystem::proximate(formats::scenePath(settings.scene, body.pose_csv), settings.folder);
+  for (formats::SceneBody& body : out.bodies) body.pose_csv = rebased(body.pose_csv, task.path, settings.folder);
   for (const BatchItem& item : items) {
     if (item.status == ItemStatus::Failed) continue;
     formats::SceneItem compiled = *item.source;
-    if (!compiled.mesh.empty() && !compiled.mesh.is_absolute())
-      compiled.mesh = std::filesystem::proximate(formats::scenePath(task.path, compiled.mesh), settings.folder);
+    compiled.mesh = rebased(compiled.mesh, task.path, settings.folder);
+    if (compiled.cut)
+      for (formats::CutLayer& layer : compiled.cut->layers) layer.mesh = rebased(layer.mesh, task.path, settings.folder);
     compiled.settings = {};
     compiled.soft.reset();
     compiled.tree = item.treeName();

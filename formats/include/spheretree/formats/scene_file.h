@@ -14,11 +14,13 @@
 #include <vector>
 
 #include "spheretree/core/rigid.h"
+#include "spheretree/core/sphere.h"
 
 namespace spheretree::formats {
 
 inline constexpr std::size_t kMaxSceneObjects = 4096;
 inline constexpr double kMaxSceneLength = 1e6;  // largest coordinate or tolerance [mm]
+inline constexpr std::size_t kMaxCutLayers = 16, kMaxBurrBalls = 32;
 
 /// How a tree is built. Absent values come from the scene's defaults, then from those of `spheretree build`.
 struct TreeSettings {
@@ -65,6 +67,20 @@ struct SoftSettings {
   std::vector<FixedRegion> fixed;               // one or more
 };
 
+/// What a burr removes at one rate.
+struct CutLayer {
+  std::string name;            // unique in its object; see safe_name.h
+  std::filesystem::path mesh;  // closed; as written: see scenePath(). Unit and frame are those of the object's mesh
+  double removal = 0;          // depth that a burr gains for each N and s [mm/(N s)], > 0
+};
+
+/// An object from which a burr removes material.
+struct CutDescription {
+  std::vector<CutLayer> layers;  // 1 .. kMaxCutLayers, innermost last: a point belongs to the last layer whose mesh contains it.
+                                 // The mesh of the first is the whole object
+  double tangential = 0.5;       // force against the motion of the burr's surface / normal force, 0 .. 2
+};
+
 /// The tool or an object: a mesh from which a tree is built, or a tree, optionally with the mesh that it was built
 /// from, for display.
 struct SceneItem {
@@ -81,6 +97,8 @@ struct SceneItem {
   double friction = 0;                          // Coulomb's coefficient, 0 .. 2
   double stiffness_n_per_mm = 0;                // of an object: > 0; 0: it is rigid
   std::optional<SoftSettings> soft;             // of an object with a mesh
+  std::optional<CutDescription> cut;            // of a rigid object with a skin
+  std::vector<Ball> burr;                       // of the tool, in its mesh frame [mm]: the balls that cut; 0 .. kMaxBurrBalls
 };
 
 /// A rotation about an axis of the world by an angle over time: linear between the rows, constant before the first and
@@ -131,6 +149,9 @@ struct SceneFile {
   Configuration device;            // device frame (+x right, +y up, +z to the user) in the world
   bool passivity_control = false;  // of the device
 };
+
+/// Whether the tool has a burr and an object can be cut: only then do recordings have the columns of cutting.
+bool canCut(const SceneFile& scene);
 
 /// Resolves `path` of a scene file: relative to the folder of `scene_path`.
 std::filesystem::path scenePath(const std::filesystem::path& scene_path, const std::filesystem::path& path);
