@@ -48,6 +48,7 @@ WINGS = {
         "search": ["state"],
         "rows": ["state"],
         "tissue": ["search", "rows"],
+        "cut": ["state"],
         "piece": ["contact"],
         "step": ["search", "rows", "piece"],
         ".": ["step"],

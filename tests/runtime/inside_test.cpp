@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A tool that starts inside an object. Subject: inside.h
 #include "step/inside.h"
+#include "scene/winding_number.h"
 
 #include <gtest/gtest.h>
 

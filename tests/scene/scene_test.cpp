@@ -94,6 +94,52 @@ TEST_F(LoadedScene, StepsAsTheDescriptionOfTheFile) {
   }
 }
 
+TEST_F(LoadedScene, CutsAsTheDescriptionOfTheFile) {
+  const auto box = [](const Eigen::Vector3d& half) {
+    return encodeSphereTree(test::withSkin(test::boxTree(half, {8, 8, 4}, 1), test::boxSkin(half)));
+  };
+  writeBytes(folder_.path() / "burr.stree", encodeSphereTree(test::oneBallTree(0.5)));
+  writeBytes(folder_.path() / "tooth.stree", box({6, 6, 3}));
+  writeBytes(folder_.path() / "core.stree", box({5, 5, 2.5}));
+  writeText(folder_.path() / "cut.json", R"({"schema": "spheretree.scene/1",
+    "tool": {"name": "burr", "tree": "burr.stree", "burr": [{"centre_mm": [0, 0, 0], "radius_mm": 0.5}]},
+    "objects": [{"name": "tooth", "tree": "tooth.stree",
+                 "cut": {"layers": [{"name": "enamel", "mesh": "a.obj"}, {"name": "dentine", "mesh": "b.obj", "tree": "core.stree"}],
+                         "removal_mm_per_n_s": {"enamel": 2, "dentine": 6}, "tangential": 0.3}}]})");
+  CScene c;
+  ASSERT_EQ(st_scene_load(c.scene, path("cut.json").c_str()), 0) << st_scene_error(c.scene);
+  const Renderer renderer = rendererOf(c);
+  runtime::Scene scene;
+  std::string fault;
+  ASSERT_TRUE(compileScene(describeScene(formats::readScene(path("cut.json")), path("cut.json")), scene, fault)) << fault;
+  runtime::Workspace workspace(scene);
+  EXPECT_EQ(st_renderer_cut_layer(renderer.get(), 0), -1);
+  ASSERT_EQ(st_renderer_set_spindle(renderer.get(), 1), 0);
+  ASSERT_TRUE(setSpindle(true, workspace));
+  bool met[2] = {false, false};
+  for (int n = 0; n < 1500; ++n) {
+    const double z = std::max(2.0, 5 - 0.005 * n);
+    const st_pose haptic{{0.1, 0.2, z}, {1, 0, 0, 0}};
+    st_step out = ST_STEP_INIT;
+    st_renderer_step(renderer.get(), &haptic, &out);
+    const runtime::StepResult r = step(scene, {{0.1, 0.2, z}, {1, 0, 0, 0}}, runtime::Mode::Constrained, workspace);
+    for (int k = 0; k < 3; ++k) ASSERT_EQ(out.graphic_tool.position_mm[k], r.graphic.position[k]) << n;
+    if (const int layer = st_renderer_cut_layer(renderer.get(), 0); layer >= 0) met[layer] = true;
+  }
+  EXPECT_TRUE(met[0] && met[1]);
+  double removed[2];
+  ASSERT_EQ(st_renderer_removed(renderer.get(), 0, removed, 2), 2u);
+  EXPECT_EQ(removed[0], cutState(0, workspace).removed[0]);
+  EXPECT_GT(removed[0], 0.1);
+  EXPECT_GT(removed[1], 0.05);
+  EXPECT_EQ(st_renderer_removed(renderer.get(), 1, removed, 2), 0u);
+  st_renderer_mend(renderer.get());
+  st_renderer_removed(renderer.get(), 0, removed, 2);
+  EXPECT_EQ(removed[0] + removed[1], 0);
+  ASSERT_EQ(st_scene_load(c.scene, path().c_str()), 0);
+  EXPECT_EQ(st_renderer_set_spindle(rendererOf(c).get(), 1), -1);
+}
+
 TEST_F(LoadedScene, NamesObjectsAndBodies) {
   CScene c;
   ASSERT_EQ(st_scene_load(c.scene, folder_.path().c_str()), 0) << st_scene_error(c.scene);  // the folder that batch writes

@@ -229,8 +229,9 @@ CutDescription readCut(const JsonElement& e) {
     layers.fail("has " + std::to_string(layers.size()) + " layers, not 1 to " + std::to_string(kMaxCutLayers));
   for (std::size_t i = 0; i < layers.size(); ++i) {
     const JsonElement layer = layers.item(i);
-    layer.onlyKeys({"name", "mesh"});
-    CutLayer read{fileSafeName(layer.at("name")), shortText(layer.at("mesh")), 0};
+    layer.onlyKeys({"name", "mesh", "tree"});
+    CutLayer read{fileSafeName(layer.at("name")), shortText(layer.at("mesh")), {}, 0};
+    if (layer.has("tree")) read.tree = shortText(layer.at("tree"));
     for (const CutLayer& other : cut.layers)
       if (other.name == read.name) layer.at("name").fail("is " + inQuotes(read.name) + ", the name of another layer");
     if (read.mesh.empty()) layer.at("mesh").fail("is empty");
@@ -498,7 +499,9 @@ OrderedJson toJson(const SoftSettings& soft) {
 OrderedJson toJson(const CutDescription& cut) {
   OrderedJson layers = OrderedJson::array(), rates = OrderedJson::object();
   for (const CutLayer& layer : cut.layers) {
-    layers.push_back({{"name", layer.name}, {"mesh", layer.mesh.string()}});
+    OrderedJson entry{{"name", layer.name}, {"mesh", layer.mesh.string()}};
+    if (!layer.tree.empty()) entry["tree"] = layer.tree.string();
+    layers.push_back(std::move(entry));
     rates[layer.name] = layer.removal;
   }
   return {{"layers", std::move(layers)}, {"removal_mm_per_n_s", std::move(rates)}, {"tangential", cut.tangential}};

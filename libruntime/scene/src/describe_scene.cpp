@@ -36,6 +36,33 @@ class Trees {
   std::map<std::string, std::optional<LoadedTree>> of_bytes_;
 };
 
+/// The flat triangles of the skin of a tree.
+std::shared_ptr<const TriangleMesh> surfaceOf(const SphereTree& tree) {
+  auto out = std::make_shared<TriangleMesh>();
+  const Eigen::Vector3d origin(tree.origin_mm.data());
+  for (const SkinVertex& v : tree.skin.vertices) out->positions.push_back(positionOf(tree.skin, v.position).cast<double>() + origin);
+  for (const SkinTriangle& triangle : tree.skin.triangles)
+    out->triangles.push_back({triangle.vertex[0], triangle.vertex[1], triangle.vertex[2]});
+  return out;
+}
+
+std::shared_ptr<const runtime::CutModel> cutModelOf(const formats::SceneItem& object, const runtime::SharedTree& tree,
+                                                    const std::filesystem::path& path, Trees& trees) {
+  if (!object.cut) return nullptr;
+  const std::vector<formats::CutLayer>& layers = object.cut->layers;
+  runtime::CutMaterial material{layers.front().removal, {}, object.cut->tangential};
+  for (std::size_t k = 1; k < layers.size(); ++k) {
+    if (layers[k].tree.empty())
+      throw formats::FormatError(path.string() + ": the layer " + layers[k].name + " of " + object.name +
+                                 " has no tree. Build it: " + "spheretree batch " + path.string() + " -o DIR; then take DIR/scene.json.");
+    material.inner.push_back({surfaceOf(*trees.at(formats::scenePath(path, layers[k].tree)).tree), layers[k].removal});
+  }
+  std::string fault;
+  auto model = runtime::cutModel(tree, std::move(material), fault);
+  if (!model) throw formats::FormatError(path.string() + ": cut of " + object.name + ": " + fault + ".");
+  return model;
+}
+
 }  // namespace
 
 LoadedTree parseTree(std::span<const std::byte> bytes, const std::string& name) {
@@ -71,10 +98,11 @@ runtime::SceneDescription describeScene(const formats::SceneFile& file, const st
   d.tool = *load(file.tool).tree;  // a tool is rigid
   d.reference_point = file.tool.reference_point_mm;
   d.tool_friction = file.tool.friction;
+  d.burr = file.tool.burr;
   for (const formats::SceneItem& object : file.objects) {
     const LoadedTree& loaded = load(object);
-    d.objects.push_back(
-        {loaded.tree, object.pose, bodyNumber(file, object.body), object.friction, object.stiffness_n_per_mm, loaded.tissue});
+    d.objects.push_back({loaded.tree, object.pose, bodyNumber(file, object.body), object.friction, object.stiffness_n_per_mm, loaded.tissue,
+                         cutModelOf(object, loaded.tree, path, trees)});
   }
   d.coupling = {
       file.translation_n_per_mm, file.rotation_n_mm_per_rad, file.damping_n_s_per_mm, file.rotation_damping_n_mm_s_per_rad, file.mass_kg,

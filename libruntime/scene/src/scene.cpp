@@ -149,6 +149,23 @@ int st_renderer_distance(const st_renderer* renderer, size_t object, const st_po
   return 0;
 }
 
+int st_renderer_set_spindle(st_renderer* renderer, int turns) { return rt::setSpindle(turns != 0, renderer->workspace) ? 0 : -1; }
+
+size_t st_renderer_removed(const st_renderer* renderer, size_t object, double* removed_mm3, size_t capacity) {
+  if (object >= renderer->scene.objectCount()) return 0;
+  const std::size_t layers = renderer->scene.cutLayers(object);
+  const rt::CutState state = rt::cutState(object, renderer->workspace);
+  std::copy_n(state.removed.begin(), std::min(layers, capacity), removed_mm3);
+  return layers;
+}
+
+int st_renderer_cut_layer(const st_renderer* renderer, size_t object) {
+  const rt::CutState state = rt::cutState(object, renderer->workspace);
+  return state.layer == rt::CutState::kNone ? -1 : static_cast<int>(state.layer);
+}
+
+void st_renderer_mend(st_renderer* renderer) { rt::mend(renderer->workspace); }
+
 st_tissue* st_tissue_create(st_renderer* renderer, char* error, size_t size) {
   std::string fault;
   st_tissue* tissue = nullptr;

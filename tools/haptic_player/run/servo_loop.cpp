@@ -42,10 +42,12 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
     tuner_->tune(live_->settings);
     changeMode();
   }
+  if (options_.cuts) turnSpindle(static_cast<double>(ticks_) * scene_.compiled().step_time);
   const runtime::StepResult result = runtime::step(scene_, tool, mode(), workspace_, &times);
   const double total_us = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
   RecordedStep row = recordedStep(ticks_, tool, result, times, total_us, runtime::contacts(workspace_));
   row.time = static_cast<double>(ticks_++) * scene_.compiled().step_time;
+  if (options_.cuts) addCut(row);
   row.hinges = hinges_;
   row.tissue_states = tissue_states_;
   row.passivity_force = state.added.force.norm();
@@ -72,8 +74,28 @@ void ServoLoop::changeMode() noexcept {
   mode_.store(live_->settings.other_mode.load(std::memory_order_relaxed) ? other : options_.mode, std::memory_order_relaxed);
 }
 
+void ServoLoop::turnSpindle(double time) noexcept {
+  const std::size_t at = static_cast<std::size_t>(std::lround(1000 * time));
+  const bool turns = options_.spins.empty() || options_.spins[std::min(at, options_.spins.size() - 1)];
+  (void)runtime::setSpindle(turns, workspace_);
+}
+
+// Layers are counted through all objects, as the recording names them.
+void ServoLoop::addCut(RecordedStep& row) const noexcept {
+  row.spins = runtime::turns(workspace_);
+  row.removed = 0;
+  std::uint32_t first = 0;
+  for (std::size_t i = 0; i < scene_.objectCount(); ++i) {
+    const runtime::CutState state = runtime::cutState(i, workspace_);
+    for (const double volume : state.removed) row.removed += volume;
+    if (state.layer != runtime::CutState::kNone) row.layer = first + state.layer;
+    first += static_cast<std::uint32_t>(scene_.cutLayers(i));
+  }
+}
+
 void ServoLoop::restart() noexcept {
   runtime::reset(workspace_);
+  runtime::mend(workspace_);
   if (options_.tissue) options_.tissue->restart();
   statistics_.restart();
   ticks_ = 0;

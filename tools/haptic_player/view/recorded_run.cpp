@@ -174,6 +174,7 @@ ShownRun shownRun(std::vector<RecordedStep> steps, const runtime::Scene& scene, 
     if (tissue && step.tissue_states != states && (step.tissue_states - first) / kShownStates >= out.tissue.size())
       out.tissue.push_back(tissue->shapes());
     states = step.tissue_states;
+    (void)runtime::setSpindle(step.spins, workspace);
     if (isSame(step, runtime::step(scene, step.haptic, mode, workspace))) {
       for (const runtime::Contact& contact : runtime::contacts(workspace)) out.contacts.push_back(shownContact(contact));
     } else {

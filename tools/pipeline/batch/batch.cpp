@@ -77,11 +77,14 @@ formats::SceneFile compiledScene(const Task& task, const BatchSettings& settings
   out.objects.clear();
   for (formats::SceneBody& body : out.bodies) body.pose_csv = rebased(body.pose_csv, task.path, settings.folder);
   for (const BatchItem& item : items) {
-    if (item.status == ItemStatus::Failed) continue;
+    if (item.status == ItemStatus::Failed || item.layer) continue;
     formats::SceneItem compiled = *item.source;
     compiled.mesh = rebased(compiled.mesh, task.path, settings.folder);
     if (compiled.cut)
-      for (formats::CutLayer& layer : compiled.cut->layers) layer.mesh = rebased(layer.mesh, task.path, settings.folder);
+      for (formats::CutLayer& layer : compiled.cut->layers) {
+        layer.mesh = rebased(layer.mesh, task.path, settings.folder);
+        if (&layer != compiled.cut->layers.data()) layer.tree = layerName(compiled, layer) + ".stree";
+      }
     compiled.settings = {};
     compiled.soft.reset();
     compiled.tree = item.treeName();
@@ -137,6 +140,18 @@ void writeResults(const BatchSettings& settings, const Task& task, const std::ve
   else
     formats::writeWhole(settings.folder / "scene.json", formats::sceneText(compiled));
   formats::writeWhole(settings.folder / "report.json", tool::jsonText(toJson(result), 1) + "\n");
+}
+
+/// An object whose layers have failed has failed.
+void failWithLayers(std::vector<BatchItem>& items) {
+  for (const BatchItem& layer : items) {
+    if (!layer.layer || layer.status != ItemStatus::Failed) continue;
+    for (BatchItem& item : items) {
+      if (item.source != layer.object) continue;
+      item.status = ItemStatus::Failed;
+      item.error = "its layer " + layer.source->name + ": " + layer.error;
+    }
+  }
 }
 
 /// Finds what is in the cache; everything else is skipped.
@@ -198,6 +213,7 @@ BatchResult runBatch(const BatchSettings& settings, tool::WorkProgress& progress
     result.budget = buildWithin(*settings.budget, items, paths, context);
   else
     buildItems(items, context, "build " + std::to_string(items.size()) + " trees", settings.shard);
+  failWithLayers(items);
   const auto built = Clock::now();
   context.tell_finished = false;
   if (settings.speed) result.speed = speedRows(source, items, paths, context);

@@ -74,7 +74,7 @@ void findReach(WorkRegions& work, std::vector<BatchItem>& items, int threads, bu
   std::vector<TriangleMesh> solids(items.size());
   tbb::task_arena(threads).execute([&] {
     tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) {
-      if (items[i].is_tool || !items[i].job.file || items[i].status == ItemStatus::Failed) return;
+      if (items[i].is_tool || items[i].layer || !items[i].job.file || items[i].status == ItemStatus::Failed) return;
       try {
         solids[i] = inWorld(items[i].job.solid(progress).mesh, items[i].source->pose);
       } catch (const builder::BuildError&) {  // refused again later, with its reasons
@@ -267,6 +267,31 @@ std::vector<std::string> notesOnWork(const WorkRegions* work, const std::vector<
   return notes;
 }
 
+std::string layerName(const formats::SceneItem& object, const formats::CutLayer& layer) { return object.name + "." + layer.name; }
+
+namespace {
+
+/// The layers within the objects; the first layer is the object itself.
+void addLayers(const formats::SceneFile& scene, std::vector<BatchItem>& items) {
+  for (const formats::SceneItem& object : scene.objects)
+    for (std::size_t k = 1; object.cut && k < object.cut->layers.size(); ++k) {
+      const formats::CutLayer& layer = object.cut->layers[k];
+      auto own = std::make_shared<formats::SceneItem>();
+      own->name = layerName(object, layer);
+      own->mesh = layer.tree.empty() ? layer.mesh : std::filesystem::path();
+      own->tree = layer.tree;
+      own->unit = object.unit;
+      own->pose = object.pose;
+      own->settings = object.settings;
+      BatchItem& item = items.emplace_back();
+      item.source = own.get();
+      item.object = &object;
+      item.layer = std::move(own);
+    }
+}
+
+}  // namespace
+
 std::vector<BatchItem> loadItems(const formats::SceneFile& scene, const std::filesystem::path& scene_path, MeshStore& meshes, int threads,
                                  builder::Progress& progress) {
   std::vector<BatchItem> items(1 + scene.objects.size());
@@ -274,6 +299,7 @@ std::vector<BatchItem> loadItems(const formats::SceneFile& scene, const std::fil
     items[i].source = i == 0 ? &scene.tool : &scene.objects[i - 1];
     items[i].is_tool = i == 0;
   }
+  addLayers(scene, items);
   std::atomic<std::size_t> done{0};
   tbb::task_arena(threads).execute([&] {
     const std::thread::id draws = std::this_thread::get_id();

@@ -16,8 +16,11 @@
 
 namespace spheretree::pipeline {
 
-/// The tool (first) or an object.
+/// The tool (first), an object, or a layer within an object that a burr cuts.
 struct BatchItem {
+  /// Of a layer: its own source, and the object that it belongs to.
+  std::shared_ptr<const formats::SceneItem> layer;
+  const formats::SceneItem* object = nullptr;
   const formats::SceneItem* source = nullptr;
   bool is_tool = false;
   TreeJob job;
@@ -46,7 +49,10 @@ struct BatchContext {
   bool tell_finished = false;         // report each built object with progress.finished()
 };
 
-/// The items of `scene`, which must outlive them, with their meshes (kept in `meshes`) or their trees. An item that
+/// The name of a layer as an item.
+std::string layerName(const formats::SceneItem& object, const formats::CutLayer& layer);
+
+/// The items of `scene`, which must outlive them, the layers last, with their meshes (kept in `meshes`) or their trees. An item that
 /// cannot be read has the status Failed.
 /// @throws builder::Cancelled
 std::vector<BatchItem> loadItems(const formats::SceneFile& scene, const std::filesystem::path& scene_path, MeshStore& meshes, int threads,

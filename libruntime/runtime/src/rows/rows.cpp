@@ -43,7 +43,7 @@ class Requests {
   RowRequest& request() { return request_; }
 
   // The request for `run` of `pairs`; the rows are stored from `first_row` on.
-  const RowRequest& of(const ObjectView& view, const PairRun& run, const std::uint32_t* pairs, std::uint32_t first_row) {
+  RowRequest& of(const ObjectView& view, const PairRun& run, const std::uint32_t* pairs, std::uint32_t first_row) {
     request_.pose = relativePose(view, rotation_, position_);
     for (int k = 0; k < 9; ++k) request_.to_world[k] = static_cast<float>(view.to_world[k]);
     request_.pairs = pairs + run.begin;
@@ -90,8 +90,9 @@ RowSet makeRows(const PairSet& set, const Configuration& pose, RowForm form, con
     for (int c = 0; c < 3; ++c) common.axes[3 * r + c] = static_cast<float>(axes(c, r));
   for (const PairRun& run : set.runs) {
     const ObjectView& view = common.squared ? memory.leaf_views[run.object] : memory.views[run.object];
-    const RowRequest& request = requests.of(view, run, set.pairs.data(), run.begin);
-    const bool on_triangles = view.patches != nullptr && !set.coarse;
+    RowRequest& request = requests.of(view, run, set.pairs.data(), run.begin);
+    if (run.of_wall) request.object = memory.cutting->walls();
+    const bool on_triangles = view.patches != nullptr && !set.coarse && !run.of_wall;
     if (request.in_front && on_triangles) memory.tissue->findFront(request);
     out.smallest_gap = std::min(out.smallest_gap, on_triangles ? memory.kernel->flatRows(request) : memory.kernel->sphereRows(request));
   }
@@ -141,7 +142,7 @@ PairSet feltPairs(const PairSet& set, double way, StepMemory& memory) noexcept {
   const float* const felt_way = memory.rowArray(kFeltWay);
   std::uint32_t count = 0;
   for (const PairRun& run : set.runs) {
-    if (!memory.feelsSkin(run.object)) continue;
+    if (!memory.feelsSkin(run.object) || run.of_wall) continue;
     const std::uint32_t begin = count;
     for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i)
       if (felt_way[i] <= longest) memory.felt_pairs[count++] = set.pairs[i];

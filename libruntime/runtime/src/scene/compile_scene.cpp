@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "scene/compiled_scene.h"
+#include "scene/cut_model.h"
 #include "scene/tissue_model.h"
 #include "spheretree/runtime/step.h"
 
@@ -14,7 +15,10 @@ namespace {
 
 constexpr double kMaxFriction = 2;  // rubber on dry stone has 1; no known material has more than 2
 constexpr double kFarthest = 1e7;   // [mm]; beyond it the resolution of float is 1 mm
-constexpr double kMaxMass = 1e3;    // more than anything that a hand moves [kg]
+constexpr std::size_t kMaxBurrBalls = 32;
+constexpr double kLeastBurr = 0.1, kLargestBurr = 10;  // [mm]; the burrs of dentists have 0.25 to 2.5
+constexpr double kBurrMargin = 0.1;                    // of the radius: a burr of few facets is smaller than its ball by up to this
+constexpr double kMaxMass = 1e3;                       // more than anything that a hand moves [kg]
 
 bool inRange(double value, double low, double high) { return value >= low && value <= high; }
 
@@ -91,7 +95,10 @@ class ObjectPlacer {
     if (object.stiffness != 0 && !inRange(object.stiffness, 1e-6, 1e6)) return "its stiffness is neither 0 nor within 1e-6 .. 1e6 N/mm";
     if (object.tissue && &*object.tissue->tree != &*object.tree) return "its tissue is that of another tree";
     if (object.tissue && object.stiffness > 0) return "it has both tissue and a stiffness";
-    const void* const what = object.tissue ? static_cast<const void*>(object.tissue.get()) : &*object.tree;
+    if (std::string why = faultInCut(object); !why.empty()) return why;
+    const void* const what = object.tissue ? static_cast<const void*>(object.tissue.get())
+                             : object.cut  ? static_cast<const void*>(object.cut.get())
+                                           : &*object.tree;
     std::uint32_t known = 0;
     while (known < out_.shapes.size() && out_.shapes[known].of != what) ++known;
     if (known == out_.shapes.size()) {
@@ -101,6 +108,8 @@ class ObjectPlacer {
       out_.shapes.back().of = what;
       out_.shapes.back().tissue = object.tissue;
       if (object.tissue) out_.make_tissue = object.tissue->make;
+      out_.shapes.back().cut = object.cut;
+      if (object.cut && !description_.burr.empty()) out_.make_cutting = object.cut->make;
     }
     const CompiledShape& shape = out_.shapes[known];
     const CompiledObject placed = out_.placed(known, object.body, object.pose);
@@ -118,13 +127,21 @@ class ObjectPlacer {
   }
 
  private:
+  std::string faultInCut(const SceneObject& object) const {
+    if (!object.cut) return {};
+    if (&*object.cut->tree != &*object.tree) return "its material is that of another tree";
+    if (object.tissue || object.stiffness > 0) return "what is cut can neither be tissue nor give way; remove its stiffness";
+    if (description_.contact != ContactSurface::Skin) return "what is cut is felt as its skin, not as its leaves";
+    return {};
+  }
+
   const SceneDescription& description_;
   CompiledScene& out_;
 };
 
-// Hulls are for skins and leaves that stay as they are: on tissue the tool rests with its leaves.
+// Hulls are for skins and leaves that stay as they are: on tissue and what is cut the tool rests with its leaves.
 bool usesHulls(const SceneDescription& d) {
-  return d.contact == ContactSurface::Skin && std::ranges::none_of(d.objects, [](const SceneObject& o) { return o.tissue != nullptr; });
+  return d.contact == ContactSurface::Skin && std::ranges::none_of(d.objects, [](const SceneObject& o) { return o.tissue || o.cut; });
 }
 
 std::string compileTool(const SceneDescription& d, CompiledScene& out) {
@@ -180,6 +197,49 @@ void findToolParts(double least, CompiledScene& out) {
   }
 }
 
+std::string faultInBurr(const SceneDescription& d) {
+  if (d.burr.size() > kMaxBurrBalls) return "a burr has at most " + std::to_string(kMaxBurrBalls) + " balls";
+  for (const Ball& ball : d.burr)
+    if (!(ball.centre.allFinite() && ball.radius >= kLeastBurr && ball.radius <= kLargestBurr))
+      return "the radius of a ball of the burr is not within 0.1 .. 10 mm";
+  if (!(d.spindle_axis.allFinite() && d.spindle_axis.norm() > 1e-6)) return "the axis of the spindle has no direction";
+  return {};
+}
+
+// The balls of the burr follow the leaves. A leaf is of the burr if it is within a ball, larger by what leaves reach out
+// of the mesh, and by what the mesh is smaller than the ball.
+void addBurr(const SceneDescription& d, CompiledScene& out) {
+  out.spindle_axis = d.spindle_axis.normalized();
+  CompiledTree& tool = out.tool;
+  out.burr_slot = static_cast<std::uint32_t>(tool.spheres.size());
+  out.burr_of.assign(tool.spheres.size() + d.burr.size(), kNoItem);
+  for (const Ball& exact : d.burr) {
+    const auto number = static_cast<std::uint32_t>(out.burr.size());
+    const Eigen::Vector3d centre = exact.centre - d.reference_point;
+    const Sphere ball{static_cast<float>(centre.x()), static_cast<float>(centre.y()), static_cast<float>(centre.z()),
+                      static_cast<float>(exact.radius)};
+    const double radius = double{ball.radius} +
+                          std::max(kBurrMargin * double{ball.radius}, out.tool_overhang < ball.radius ? double{out.tool_overhang} : 0.0);
+    std::uint32_t item = 0;
+    for (std::uint32_t slot = 0; slot < out.burr_slot; ++slot) {
+      const Sphere& leaf = tool.spheres[slot];
+      if (tool.item[slot] == kNoItem || (centreOf(leaf) - centreOf(ball)).norm() + double{leaf.radius} > radius) continue;
+      out.burr_of[slot] = number;
+      item = tool.item[slot];
+    }
+    out.burr.push_back(ball);
+    tool.spheres.push_back(ball);
+    tool.exact.push_back({centre.x(), centre.y(), centre.z()});
+    tool.item.push_back(item);
+    out.tool_parts.push_back(0);
+    tool.reach = std::max(tool.reach, centre.norm() + double{ball.radius});
+    tool.smallest_radius = std::min(tool.smallest_radius, ball.radius);
+  }
+  for (std::uint32_t slot = 0; slot < out.burr_slot; ++slot)
+    if (tool.item[slot] != kNoItem && out.burr_of[slot] == kNoItem) out.wall_slots.push_back(slot);
+  for (std::uint32_t slot = out.burr_slot; slot < tool.spheres.size(); ++slot) out.wall_slots.push_back(slot);
+}
+
 // A ball is kept from leaves at the sum of two radii, and from a skin at its own radius minus the allowance, but at
 // least at half of its radius.
 double minContact(const CompiledScene& scene) {
@@ -215,6 +275,7 @@ CompiledObject CompiledScene::placed(std::uint32_t shape, std::uint32_t body, co
 
 bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
   fault = faultInSettings(d);
+  if (fault.empty()) fault = faultInBurr(d);
   if (!fault.empty()) return false;
   auto out = std::make_unique<CompiledScene>();
   out->wrench_limits = d.wrench_limits;
@@ -234,6 +295,7 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
   for (const CompiledShape& shape : out->shapes) out->skin_tolerance = std::max(out->skin_tolerance, shape.skin.tolerance);
   out->min_contact = minContact(*out);
   findToolParts(2 * (static_cast<double>(out->skin_tolerance) + kGapTolerance), *out);
+  if (out->make_cutting) addBurr(d, *out);
   scene = Scene(std::move(out));
   return true;
 }
@@ -246,6 +308,10 @@ Scene& Scene::operator=(Scene&&) noexcept = default;
 
 std::size_t Scene::objectCount() const { return compiled_->objects.size(); }
 std::size_t Scene::bodyCount() const { return compiled_->body_count; }
+std::size_t Scene::cutLayers(std::size_t object) const {
+  const CutModel* const cut = compiled_->shapeOf(object).cut.get();
+  return cut ? 1 + cut->material.inner.size() : 0;
+}
 const Coupling& Scene::coupling() const { return compiled_->coupling; }
 const WrenchLimits& Scene::wrenchLimits() const { return compiled_->wrench_limits; }
 const StepLimits& Scene::stepLimits() const { return compiled_->step_limits; }

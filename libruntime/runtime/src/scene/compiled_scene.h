@@ -14,6 +14,7 @@
 
 namespace spheretree::runtime {
 
+class Cutting;
 class SoftTissue;
 struct StepMemory;
 
@@ -24,6 +25,7 @@ struct CompiledShape {
   std::vector<std::uint32_t> nodes;           // (leaf) node index in the SphereTree
   Eigen::Vector3d centre;                     // origin of the compiled shape, in the frame of the mesh [mm]
   std::shared_ptr<const TissueModel> tissue;  // null: rigid
+  std::shared_ptr<const CutModel> cut;        // null: no burr cuts it
   double radius = 0;                          // of a ball about the centre that contains leaves and skin [mm]
   float overhang = kUnproven;                 // proven: no leaf reaches farther out of the mesh [mm]
   float mesh_distance = 0;                    // proven: two-sided distance of the skin's flat triangles and the mesh [mm]
@@ -58,6 +60,12 @@ struct CompiledScene {
   Coupling inertia;  // the term mass / T^2 of this stiffness
   bool has_friction = false, has_soft = false;                               // of any kind
   std::unique_ptr<SoftTissue> (*make_tissue)(StepMemory& memory) = nullptr;  // null: the scene has no tissue
+  std::unique_ptr<Cutting> (*make_cutting)(StepMemory& memory) = nullptr;    // null: nothing is cut
+  std::vector<Sphere> burr;                                                  // relative to the reference point, tool axes
+  Eigen::Vector3d spindle_axis = Eigen::Vector3d::UnitZ();                   // tool axes
+  std::uint32_t burr_slot = 0;                                               // the balls of the burr follow the leaves in tool.spheres
+  std::vector<std::uint32_t> burr_of;     // (slot) ball of the burr that a leaf covers; kNoItem: it is another part of the tool
+  std::vector<std::uint32_t> wall_slots;  // what meets the walls of what was cut: other leaves, then the balls of the burr
   WrenchLimits wrench_limits;
   StepLimits step_limits;
   double angle_length = 0;   // sqrt(rotation / translation stiffness) of the pull: the length that corresponds to 1 rad [mm]

@@ -28,6 +28,41 @@ std::vector<float> swingsOf(const Skin& skin) {
 void putPosition(const Eigen::Vector3f& p, float (&out)[3]) { out[0] = p.x(), out[1] = p.y(), out[2] = p.z(); }
 Eigen::Vector3d vectorOf(const float (&p)[3]) { return {p[0], p[1], p[2]}; }
 
+// A cone may touch a triangle at a side, a slab at a corner. Of the triangles that share one, the first answers for it.
+// The felt row of a curved patch is that of its first smooth side, and each sharp side has one of its own.
+class HullWays {
+ public:
+  explicit HullWays(const Skin& skin) : side_taken_(skin.edges.size()), corner_taken_(skin.vertices.size()) {}
+  std::uint8_t of(const SkinTriangle& triangle, std::uint32_t flags) {
+    std::uint32_t sides = 0, corners = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!std::exchange(side_taken_[triangle.edge[k]], char{1})) sides |= 1u << k;
+      if (!std::exchange(corner_taken_[triangle.vertex[k]], char{1})) corners |= 1u << k;
+    }
+    const std::uint32_t sharp = flags & 7, felt = (flags & kCurved) == 0 ? 0 : sharp | (~sharp & (sharp + 1) & 7);
+    return static_cast<std::uint8_t>((sides | felt) | (corners | felt) << 3);
+  }
+
+ private:
+  std::vector<char> side_taken_, corner_taken_;
+};
+
+}  // namespace
+
+// The normals are averages of six control vectors: those of the corners, and the Bezier control vectors of the sides. A
+// ball about the unit normal u of the triangle that contains these contains all of them, and a ball of radius s about u
+// has an angle of sine s, seen from the origin.
+float leanOf(const SkinPatch& patch) {
+  const Eigen::Vector3f across = (patch.position[1] - patch.position[0]).cross(patch.position[2] - patch.position[0]),
+                        upright = across / std::sqrt(std::max(across.squaredNorm(), std::numeric_limits<float>::min()));
+  float square = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Eigen::Vector3f &a = patch.normal[k], &b = patch.normal[(k + 1) % 3], &middle = patch.normal[3 + k];
+    square = std::max({square, (a - upright).squaredNorm(), (2 * middle - 0.5f * (a + b) - upright).squaredNorm()});
+  }
+  return std::sqrt(square);
+}
+
 // Children have their blocks after that of their parent.
 std::vector<FarFace> farFaces(const CompiledTree& tree, std::span<const CompiledPatch> patches) {
   std::vector<FarFace> out(tree.bound.size());
@@ -65,41 +100,6 @@ std::vector<FarFace> farFaces(const CompiledTree& tree, std::span<const Compiled
     out[b].radius = static_cast<float>(radius);
   }
   return out;
-}
-
-// A cone may touch a triangle at a side, a slab at a corner. Of the triangles that share one, the first answers for it.
-// The felt row of a curved patch is that of its first smooth side, and each sharp side has one of its own.
-class HullWays {
- public:
-  explicit HullWays(const Skin& skin) : side_taken_(skin.edges.size()), corner_taken_(skin.vertices.size()) {}
-  std::uint8_t of(const SkinTriangle& triangle, std::uint32_t flags) {
-    std::uint32_t sides = 0, corners = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (!std::exchange(side_taken_[triangle.edge[k]], char{1})) sides |= 1u << k;
-      if (!std::exchange(corner_taken_[triangle.vertex[k]], char{1})) corners |= 1u << k;
-    }
-    const std::uint32_t sharp = flags & 7, felt = (flags & kCurved) == 0 ? 0 : sharp | (~sharp & (sharp + 1) & 7);
-    return static_cast<std::uint8_t>((sides | felt) | (corners | felt) << 3);
-  }
-
- private:
-  std::vector<char> side_taken_, corner_taken_;
-};
-
-}  // namespace
-
-// The normals are averages of six control vectors: those of the corners, and the Bezier control vectors of the sides. A
-// ball about the unit normal u of the triangle that contains these contains all of them, and a ball of radius s about u
-// has an angle of sine s, seen from the origin.
-float leanOf(const SkinPatch& patch) {
-  const Eigen::Vector3f across = (patch.position[1] - patch.position[0]).cross(patch.position[2] - patch.position[0]),
-                        upright = across / std::sqrt(std::max(across.squaredNorm(), std::numeric_limits<float>::min()));
-  float square = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Eigen::Vector3f &a = patch.normal[k], &b = patch.normal[(k + 1) % 3], &middle = patch.normal[3 + k];
-    square = std::max({square, (a - upright).squaredNorm(), (2 * middle - 0.5f * (a + b) - upright).squaredNorm()});
-  }
-  return std::sqrt(square);
 }
 
 CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin) {

@@ -70,6 +70,9 @@ inline std::uint32_t roundedUp(float part, std::uint32_t parts) {
 inline std::uint32_t swingBits(float swing) { return roundedUp(swing, kSwingMask) << kSwingShift; }
 inline std::uint32_t leanBits(float lean) { return roundedUp(lean, kLeanMask) << kLeanShift; }
 
+/// The far faces of a tree over triangles.
+std::vector<FarFace> farFaces(const CompiledTree& tree, std::span<const CompiledPatch> patches);
+
 /// `origin`: origin of the skin's frame minus the centre of the compiled skin.
 CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin);
 

@@ -10,6 +10,7 @@ namespace spheretree::runtime {
 /// Consecutive pairs of one object. Pair: tool slot << 16 | object slot.
 struct PairRun {
   std::uint32_t object, begin, count;
+  bool of_wall = false;  // the slots are those of the walls of what was cut off (state/cutting.h)
 };
 
 struct PairSet {

@@ -59,7 +59,7 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
   near = std::vector<std::uint32_t>(count + 16);
   near_counts = std::vector<std::uint32_t>(count);
   pairs = std::vector<std::uint32_t>(capacity);
-  runs.reserve(count);
+  runs.reserve(scene.make_cutting ? 2 * count : count);
   if (any_skin) {
     part_settled = std::vector<char>(scene.tool_part_count);
     felt_pairs = std::vector<std::uint32_t>(capacity);
@@ -72,6 +72,7 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
   std::fill_n(row_memory.get(), kRowArrays * row_stride, 0.0f);
   active_rubbing.fill(Eigen::Vector3d::Zero());
   if (scene.has_friction || scene.has_soft) contact_problem = std::make_unique<ContactProblem>();
+  if (scene.make_cutting) cutting = scene.make_cutting(*this);
   if (!scene.has_soft) return;
   for (auto* list : {&give, &give_before, &give_from, &give_to}) *list = std::vector<double>(count);
   soft_b = std::vector<float>(row_stride);

@@ -14,6 +14,7 @@
 #include "kernel/kernel.h"
 #include "scene/compiled_scene.h"
 #include "spheretree/runtime/step.h"
+#include "state/cutting.h"
 #include "state/moving_body.h"
 #include "state/pair_set.h"
 #include "state/soft_tissue.h"
@@ -29,6 +30,7 @@ inline constexpr std::size_t kRowArrays =
 struct RowName {
   std::uint32_t object = 0, pair = 0;
   bool is_felt = false;  // true: row of the smooth patch; false: of the flat triangle
+  bool of_wall = false;  // of what was cut off
   friend bool operator==(const RowName&, const RowName&) = default;
 };
 
@@ -85,6 +87,7 @@ struct StepMemory {
   std::vector<double> give, give_before, give_from, give_to;   // (object) how far it yields: now, and from and to in the next piece [mm]
   std::vector<float> soft_b;                                   // (row) b, for objects that yield
   std::unique_ptr<SoftTissue> tissue;                          // null if the scene has no tissue
+  std::unique_ptr<Cutting> cutting;                            // null: nothing is cut
   double depth = 0;                                            // penetration of the tool at the end of the last step [mm]
   Displacement stretch;                                        // of spring and damper at the end of the last step
   Displacement motion;                                         // motion of the graphic tool in the last step, which its mass continues

@@ -83,7 +83,8 @@ StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode,
     } else {
       aim = pulledTo(haptic, memory, free);
       if (memory.tissue) result.faults |= memory.tissue->beginStep(aim);
-      constrainedStep(parts, aim);
+      constrainedStep(parts, memory.cutting ? memory.cutting->resisted(aim, result) : aim);
+      if (memory.cutting) memory.cutting->remove(result);
       memory.depth = result.penetration;
       memory.wrench = couplingWrench(memory.scene.pull, aim, memory.graphic);
       memory.stretch = displacementBetween(haptic, memory.graphic);
@@ -118,6 +119,29 @@ bool setActive(std::size_t object, bool is_active, Workspace& workspace) noexcep
   if (object >= memory.objects.size()) return false;
   switchObject(object, is_active, memory);
   return true;
+}
+
+bool setSpindle(bool turns, Workspace& workspace) noexcept {
+  Cutting* const cutting = workspace.memory().cutting.get();
+  if (cutting) cutting->setSpindle(turns);
+  return cutting != nullptr;
+}
+
+bool turns(const Workspace& workspace) noexcept {
+  const Cutting* const cutting = workspace.memory().cutting.get();
+  return cutting && cutting->spins();
+}
+
+CutState cutState(std::size_t object, const Workspace& workspace) noexcept {
+  const Cutting* const cutting = workspace.memory().cutting.get();
+  return cutting ? cutting->stateOf(object) : CutState{};
+}
+
+void mend(Workspace& workspace) noexcept {
+  StepMemory& memory = workspace.memory();
+  if (!memory.cutting) return;
+  memory.cutting->mend();
+  memory.sides_known = false;
 }
 
 bool isActive(std::size_t object, const Workspace& workspace) noexcept { return workspace.memory().isActive(object); }

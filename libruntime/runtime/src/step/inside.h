@@ -3,20 +3,9 @@
 // trapped inside. Leaves push it out: they cover the whole object, and a tool that touches none of them is outside.
 #pragma once
 
-#include "scene/compiled_skin.h"
-
 namespace spheretree::runtime {
 
 class StepParts;
-
-/// How often the surface winds around a point: 1 inside a closed surface, 0 outside; in between for a surface with
-/// holes. Triangles that are far away, relative to their distances from one another, count as one face. Adds its work,
-/// in 8-lane tests, which grows with the logarithm of the number of triangles.
-/// Papers: A. Jacobson, L. Kavan, O. Sorkine-Hornung. Robust inside-outside segmentation using generalized winding
-///         numbers. ACM TOG 32(4), 2013. G. Barill, N. G. Dickson, R. Schmidt, D. I. W. Levin, A. Jacobson. Fast
-///         winding numbers for soups and clouds. ACM TOG 37(4), 2018. A triangle's solid angle: A. van Oosterom,
-///         J. Strackee. The solid angle of a plane triangle. IEEE TBME 30(2), 1983.
-double windingNumber(const CompiledSkin& skin, const Eigen::Vector3d& point, std::uint32_t& work);
 
 /// Before the first step: for each object whose skin the graphic tool crosses or is within, the tool rests on the
 /// leaves instead. A connected part of the tool that is not in a skin has one side, which is determined once. Costs

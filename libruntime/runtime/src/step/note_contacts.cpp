@@ -18,7 +18,8 @@ void noteContacts(const RowSet& set, const Configuration& before, const StepPart
     Contact& contact = memory.contacts[memory.contact_count++];
     contact = {};
     contact.object = name.object;
-    contact.on_skin = memory.feelsSkin(name.object);
+    contact.on_wall = name.of_wall;
+    contact.on_skin = memory.feelsSkin(name.object) && !name.of_wall;
     for (std::size_t axis = 0; axis < 3; ++axis)
       contact.normal[static_cast<Eigen::Index>(axis)] = static_cast<double>(set.rows.a[axis][row]) / weight;
     contact.force = scene.pull.translation * answer.multiplier[k] * weight;
@@ -26,13 +27,15 @@ void noteContacts(const RowSet& set, const Configuration& before, const StepPart
     const CompiledShape& shape = scene.shapeOf(name.object);
     // A coarse set has inner nodes, which represent no particular leaf.
     const std::uint32_t tool_item = set.along ? scene.hulls.tree.item[tool_slot % scene.hulls.ways_apart] : scene.tool.item[tool_slot],
-                        item = memory.feelsSkin(name.object) ? shape.skin.tree.item[slot] : shape.leaves.item[slot];
+                        item = contact.on_wall   ? 0
+                               : contact.on_skin ? shape.skin.tree.item[slot]
+                                                 : shape.leaves.item[slot];
     if (tool_item == kNoItem || item == kNoItem) {
       --memory.contact_count;
       continue;
     }
     contact.tool_leaf = set.along ? tool_item : scene.tool_nodes[tool_item];
-    contact.element = contact.on_skin ? item : shape.nodes[item];
+    if (!contact.on_wall) contact.element = contact.on_skin ? item : shape.nodes[item];
     contact.point = memory.graphic.position + parts.armOf(set, row, name, contact.normal, rotation);
     if (!parts.rubsOrGives()) continue;
     contact.friction = scene.pull.translation * memory.active_rubbing[k];

@@ -35,7 +35,7 @@ std::uint32_t groups(std::size_t rows) { return static_cast<std::uint32_t>((rows
 RowName nameOf(const PairSet& set, std::uint32_t row, bool is_felt) {
   const PairRun* run = set.runs.data();
   while (row >= run->begin + run->count) ++run;
-  return {run->object, set.pairs[row], is_felt};
+  return {run->object, set.pairs[row], is_felt, run->of_wall};
 }
 
 }  // namespace
@@ -68,6 +68,7 @@ PairSet StepParts::search(const Configuration& pose, double margin, PairsOf of) 
   const Stage stage(times_ ? &times_->find : nullptr);
   const std::uint32_t max_work = scene.step_limits.max_work;
   PairSet set = findPairs(pose, margin, of, max_work > result.work ? max_work - result.work : 0, memory);
+  if (memory.cutting && of == PairsOf::ContactSurface) memory.cutting->addWalls(pose, margin, set);
   result.work += set.work;
   if (memory.tissue && of == PairsOf::ContactSurface) result.work += memory.tissue->keepNear(pose, margin, set);
   ++result.searches;
@@ -83,6 +84,7 @@ RowSet StepParts::rows(const PairSet& set, const Configuration& pose, RowForm fo
   result.rows = static_cast<std::uint32_t>(set.pairs.size());
   if (memory.tissue && form == RowForm::TrueDistance) memory.tissue->placePatches(set);
   RowSet out = makeRows(set, pose, form, axes, memory);
+  if (memory.cutting && form == RowForm::TrueDistance) memory.cutting->dropRemoved(set, 0, pose, out);
   if (scene.has_soft) shiftSoft(set, 0, out);
   return out;
 }
@@ -101,6 +103,7 @@ void StepParts::addFelt(const PairSet& set, const Configuration& pose, double ma
   const Stage stage(times_ ? &times_->rows : nullptr);
   felt_ = feltPairs(set, margin, memory);
   addFeltRows(felt_, pose, margin, rows, memory);
+  if (memory.cutting) memory.cutting->dropRemoved(felt_, rows.guarded, pose, rows);
   if (scene.has_soft) shiftSoft(felt_, rows.guarded, rows);
   result.rows = rows.rows.count;
   result.work += kFeltWork * costOfRow() * groups(felt_.pairs.size());
@@ -157,7 +160,7 @@ RowName StepParts::nameOfRow(const PairSet& set, std::uint32_t row) const {
 std::uint32_t StepParts::rowOf(const PairSet& set, const RowName& name) const {
   const PairSet& from = name.is_felt ? felt_ : set;
   for (const PairRun& run : from.runs) {
-    if (run.object != name.object) continue;
+    if (run.object != name.object || run.of_wall != name.of_wall) continue;
     const auto begin = from.pairs.begin() + run.begin, end = begin + run.count, found = std::find(begin, end, name.pair);
     if (found == end) break;
     return static_cast<std::uint32_t>((found - from.pairs.begin()) + static_cast<std::ptrdiff_t>(name.is_felt ? set.pairs.size() : 0));

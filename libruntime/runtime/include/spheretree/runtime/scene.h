@@ -15,6 +15,7 @@
 #include "spheretree/core/rigid.h"
 #include "spheretree/core/sphere_tree.h"
 #include "spheretree/core/tissue.h"
+#include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree::runtime {
 
@@ -82,6 +83,28 @@ struct TissueModel;
 /// shared library for other languages does not contain this function.
 std::shared_ptr<const TissueModel> tissueModel(const SharedTree& tree, std::shared_ptr<const Tissue> tissue, std::string& fault);
 
+/// A layer within an object that a burr cuts.
+struct CutLayer {
+  std::shared_ptr<const TriangleMesh> surface;  // closed, in the frame of the object's mesh; 1 .. 32768 triangles
+  double removal = 1;                           // as in CutMaterial
+};
+
+/// How an object yields to a burr, as a volume for each unit of force and time (Preston's law): a ball of radius r
+/// removes pi r^2 times this. docs/algorithms/runtime/cutting.md
+struct CutMaterial {
+  double removal = 1;           // of the outermost layer, 1e-3 .. 1e3 [mm/(N s)]
+  std::vector<CutLayer> inner;  // each within the one before it, kMaxCutLayers - 1 at most
+  double tangential = 0;        // force across the normal that the turning burr meets, as a share of the force along it, 0 .. 2
+};
+
+inline constexpr std::size_t kMaxCutLayers = 16; // of an object, with the outermost
+
+struct CutModel;
+
+/// The material of `tree` for objects of a scene. Returns null, with a sentence in `fault`, if the tree has no skin, a
+/// layer has no sound surface, or a value is out of range.
+std::shared_ptr<const CutModel> cutModel(const SharedTree& tree, CutMaterial material, std::string& fault);
+
 struct SceneObject {
   SharedTree tree;         // copies of one SharedTree are checked, compiled and stored once
   Configuration pose;      // of the tree's mesh frame in the world when the scene starts
@@ -89,6 +112,7 @@ struct SceneObject {
   double friction = 0;     // Coulomb's coefficient, 0 .. 2; a contact uses the larger of the object's and the tool's
   double stiffness = 0;    // against force, > 0 [N/mm]; 0: rigid
   std::shared_ptr<const TissueModel> tissue = nullptr;  // of this tree: the object deforms where it is pressed; null: it does not deform
+  std::shared_ptr<const CutModel> cut = nullptr;        // of this tree: the burr of the tool removes it; null: no burr does
 };
 
 inline constexpr std::uint32_t kMaxBodies = 4096;
@@ -102,7 +126,9 @@ struct SceneDescription {
   WrenchLimits wrench_limits;
   StepLimits step_limits;
   ContactSurface contact = ContactSurface::Skin;
-  double step_time = 0.001;  // from one step to the next, 1e-5 .. 1 [s]; velocities are computed with it
+  std::vector<Ball> burr;  // of the tool, in its mesh frame, 32 at most, 0.1 .. 10 mm: they cut while the spindle turns
+  Eigen::Vector3d spindle_axis = Eigen::Vector3d::UnitZ();  // about which the burr turns by the right hand, mesh frame of the tool
+  double step_time = 0.001;                                 // from one step to the next, 1e-5 .. 1 [s]; velocities are computed with it
 };
 
 struct CompiledScene;
@@ -120,6 +146,8 @@ class Scene {
   std::size_t bodyCount() const;  // including the world: one more than the highest body of an object
   /// The tissue of an object; null if it is rigid.
   const Tissue* tissue(std::size_t object) const;
+  /// The number of layers of an object that a burr cuts, with the outermost; 0: no burr cuts it.
+  std::size_t cutLayers(std::size_t object) const;
   const Coupling& coupling() const;
   const WrenchLimits& wrenchLimits() const;
   const StepLimits& stepLimits() const;

@@ -3,6 +3,7 @@
 // The two modes, what is guaranteed and why: docs/runtime.md
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -61,7 +62,8 @@ struct StageTimes {
 struct Contact {
   std::uint32_t object = 0;           // index in SceneDescription::objects
   std::uint32_t tool_leaf = 0;        // node of the tool's tree; if the tool rests with its hulls: their part
-  bool on_skin = false;               // true: on the skin; false: on a leaf of the object
+  bool on_skin = false;               // true: on the skin; false: on a leaf of the object, or on the wall of what was cut off
+  bool on_wall = false;               // on such a wall: then there is no element
   std::uint32_t element = 0;          // triangle of the object's skin, or node of its tree
   Eigen::Vector3d point{0, 0, 0};     // where the tool's leaf is touched, world frame [mm]
   Eigen::Vector3d normal{0, 0, 1};    // from object to tool, unit length, world axes
@@ -120,6 +122,26 @@ bool isActive(std::size_t object, const Workspace& workspace) noexcept;
 
 /// The current pose of the mesh frame of an object in the world. `object` < Scene::objectCount().
 Configuration objectPose(std::size_t object, const Workspace& workspace) noexcept;
+
+/// Switches the spindle on or off, between two steps. While it turns, the burr of the tool removes material of the objects
+/// that can be cut, and meets its resistance; the rest of the tool is firm. While it rests, the burr is firm as well. At
+/// the beginning it rests. Returns false if the scene has no burr or nothing to cut.
+bool setSpindle(bool turns, Workspace& workspace) noexcept;
+bool turns(const Workspace& workspace) noexcept;
+
+/// What the burr has done to an object.
+struct CutState {
+  static constexpr std::uint32_t kNone = ~0u;
+  std::array<double, kMaxCutLayers> removed{};  // of each layer, the outermost first, as a sum over cells of a lattice [mm^3]
+  std::uint32_t layer = kNone;                  // innermost layer that resisted in the last step; kNone: none
+};
+
+/// `object` < Scene::objectCount(). Zero for an object that is not cut.
+CutState cutState(std::size_t object, const Workspace& workspace) noexcept;
+
+/// Makes all material whole again, between two steps. A reset of the tool does not. Where the tool is in the material, the
+/// next step pushes it out.
+void mend(Workspace& workspace) noexcept;
 
 /// How far the tool is from an object, with proven bounds.
 struct Distance {

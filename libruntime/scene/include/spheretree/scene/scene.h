@@ -66,6 +66,18 @@ typedef struct st_distance {
  * docs/runtime.md */
 ST_API int st_renderer_distance(const st_renderer* renderer, size_t object, const st_pose* tool, double limit_mm, st_distance* out);
 
+/* Cutting, in a scene whose tool has a burr and whose objects have `cut` (docs/scene_file.md). While the spindle turns,
+ * the burr removes material, and the rest of the tool is firm; at the beginning it rests. Between two steps, as all of
+ * these functions; they allocate nothing. Returns 0; or -1 if the scene has nothing to cut. */
+ST_API int st_renderer_set_spindle(st_renderer* renderer, int turns);
+/* Writes the volume [mm^3] that was removed of each layer of the object, the outermost first, for at most `capacity`
+ * layers. Returns the number of layers; 0 if the object is not cut. */
+ST_API size_t st_renderer_removed(const st_renderer* renderer, size_t object, double* removed_mm3, size_t capacity);
+/* The innermost layer of the object that resisted in the last step; -1: none. */
+ST_API int st_renderer_cut_layer(const st_renderer* renderer, size_t object);
+/* All material is whole again; a reset does not do that. */
+ST_API void st_renderer_mend(st_renderer* renderer);
+
 /* Large deformation of soft tissue. Without it, tissue gives way to small motions only, in the step itself. The solvers
  * run in a thread of yours, beside that of the steps:
  *   thread of the steps:  st_tissue_exchange(tissue); st_renderer_step(...);

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a burr has left of an object, as two fields on a lattice: the depth below the object's surface, and the distance
+// to what was removed. Both are exact at the points of the lattice, whatever the number of steps, and are interpolated
+// between them. Blocks of 8 x 8 x 8 points are made where the burr comes; there is no other memory of its path.
+// Units: mm; frame: axes of the object, origin at the centre of its shape.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "kernel/kernel.h"
+#include "spheretree/core/sphere.h"
+
+namespace spheretree::runtime {
+
+using BlockPlace = std::array<std::int32_t, 3>;  // of a block in the lattice, in blocks
+
+struct CutBlock {
+  BlockPlace place{};
+  float depth[kBlockPoints];         // below the surface, negative outside; within +-reach
+  float clearance[kBlockPoints];     // distance to what was removed, negative within; at most reach
+  float row_most[kBlockPoints / 8];  // largest clearance of each row of 8 points
+  std::uint8_t layer[kBlockPoints];  // innermost layer that contains the point
+  bool is_cut = false;               // something was removed within reach of a point
+  float wall_sum = -1;               // of the clearances that `wall` was made from; -1: none
+  std::vector<Sphere> wall;          // balls in the material that touch what was removed; capacity kBlockPoints
+};
+
+/// Depth and clearance at a point.
+struct Material {
+  float depth, clearance;
+};
+
+class CutLattice {
+ public:
+  /// Allocates all memory. `reach`: of the fields.
+  CutLattice(double spacing, double reach, std::size_t max_blocks, const KernelTable& kernel);
+
+  const KernelTable& kernel() const { return kernel_; }
+  double spacing() const { return spacing_; }
+  double reach() const { return reach_; }
+  std::size_t byteCount() const;
+
+  static constexpr std::int32_t kUnknown = -1, kOutside = -2;  // a block that was not made; one without material
+  /// The index of a block, or one of these.
+  std::int32_t find(const BlockPlace& place) const;
+  /// A new block in this place, without content; null if the memory is full.
+  CutBlock* add(const BlockPlace& place);
+  void addOutside(const BlockPlace& place);
+  CutBlock& block(std::size_t index) { return blocks_[index]; }
+  const CutBlock& block(std::size_t index) const { return blocks_[index]; }
+  std::size_t blockCount() const { return count_; }
+  /// Forgets all blocks.
+  void clear();
+
+  /// Of the first point of a block.
+  Eigen::Vector3d cornerOf(const BlockPlace& place) const;
+  Eigen::Vector3d middleOf(const BlockPlace& place) const;
+  double blockRadius() const;  // of a ball about its middle that contains its points
+  BlockPlace placeOf(const Eigen::Vector3d& point) const;
+
+  /// Both fields, interpolated. Where no block is, there is neither material nor anything removed.
+  Material at(const Eigen::Vector3d& point) const;
+  std::uint8_t layerAt(const Eigen::Vector3d& point) const;
+
+  /// Removes the points within `radius` of the segment. `volume`: (layer) what this takes off is added, by the share of
+  /// each point's cell [mm^3]. Returns the work in tests of 8 points.
+  std::uint32_t remove(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius, std::span<double> volume);
+  /// Balls about points of the lattice in the material, as large as fits, where something was removed nearby: they
+  /// come to within a small play of what was removed.
+  const std::vector<Sphere>& wallOf(std::size_t block);
+  double largestWallBall() const { return kWallSpacings * spacing_; }
+
+ private:
+  static constexpr double kWallSpacings = 2.5;
+  // A burr that fits its hole exactly would be stuck in it by rounding: no spindle runs truer than this.
+  static constexpr double kPlay = 0.005;  // [mm]
+  struct Entry {
+    BlockPlace place;
+    std::int32_t index = kUnknown;
+  };
+  Entry& entryOf(const BlockPlace& place);
+  const Entry& entryOf(const BlockPlace& place) const;
+
+  const KernelTable& kernel_;
+  double spacing_, reach_;
+  std::vector<Entry> table_;  // open addressing; its size is a power of two
+  std::size_t entry_count_ = 0;
+  std::vector<CutBlock> blocks_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace spheretree::runtime

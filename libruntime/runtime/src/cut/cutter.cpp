@@ -1,0 +1,424 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cut/cutter.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "cut/compile_surface.h"
+#include "rows/row_set.h"
+#include "scene/cut_model.h"
+#include "state/moving_bodies.h"
+
+namespace spheretree::runtime {
+namespace {
+
+using Eigen::Vector3d;
+
+// The lattice, in shares of the radius of the smallest ball of the burr, and what follows from its spacing: the reach of
+// its fields is the largest motion of a burr in a step, twice the largest depth of its cut in a step.
+constexpr double kSpacingShare = 1.0 / 8, kFinest = 0.03, kCoarsest = 0.1;  // [mm]
+constexpr double kReachSpacings = 4;
+constexpr double kBiteSpacings = 2;
+constexpr double kAhead = 1;              // blocks are made this far ahead of need [mm]
+constexpr int kAheadBlocks = 2;           // as many a step
+constexpr std::size_t kMaxBlocks = 8192;  // 48 MB
+constexpr int kFacets = 192;              // of a burr ball: each turns by 8 degrees
+constexpr double kEdge = 0.25;            // the rim of what was removed is this wide, in spacings
+constexpr int kMaxTraces = 12;            // of the way to the material
+
+// Points evenly on the unit sphere: the spiral of equal areas whose turns are apart by the golden angle.
+std::vector<Vector3d> spiral(int count) {
+  std::vector<Vector3d> out;
+  for (int i = 0; i < count; ++i) {
+    const double z = 1 - (2 * i + 1.0) / count, around = M_PI * (3 - std::sqrt(5.0)) * i, r = std::sqrt(1 - z * z);
+    out.push_back({r * std::cos(around), r * std::sin(around), z});
+  }
+  return out;
+}
+
+Vector3d placeOf(const Configuration& pose, const Sphere& ball) { return pose.position + pose.orientation * centreOf(ball); }
+
+}  // namespace
+
+Cutter::Cutter(StepMemory& memory) : memory_(memory), scene_(memory.scene), directions_(spiral(kFacets)) {
+  for (std::uint32_t i = 0; i < scene_.objects.size(); ++i)
+    if (scene_.shapeOf(i).cut) {
+      works_.push_back(makeWork(i));
+      rubs_ = rubs_ || works_.back().model.material.tangential > 0;
+    }
+  const std::size_t facets = works_.size() * scene_.burr.size() * kFacets;
+  facets_.reserve(facets);
+  facet_layer_.reserve(facets);
+  facet_work_.reserve(facets);
+  facet_arm_.reserve(facets);
+  ahead_.reserve(kAheadBlocks);
+  walls_.reserve(1 << 16);
+  pairs_.reserve(scene_.step_limits.max_pairs + 16);
+  runs_.reserve(2 * scene_.objects.size());
+}
+
+Cutter::Work Cutter::makeWork(std::uint32_t object) const {
+  const CompiledShape& shape = scene_.shapeOf(object);
+  float smallest = scene_.burr[0].radius;
+  for (const Sphere& ball : scene_.burr) smallest = std::min(smallest, ball.radius);
+  const double spacing = std::clamp(kSpacingShare * static_cast<double>(smallest), kFinest, kCoarsest);
+  Work work{object,
+            shape,
+            *shape.cut,
+            CutLayers(shape.skin),
+            CutLattice(spacing, kReachSpacings * spacing, kMaxBlocks, *memory_.kernel),
+            {},
+            CutState::kNone,
+            {}};
+  for (const CutLayer& layer : shape.cut->material.inner) work.layers.add(compileSurface(*layer.surface, -shape.centre));
+  work.removed = std::vector<double>(work.layers.count());
+  work.burr = std::vector<Near>(scene_.burr.size());
+  return work;
+}
+
+Cutter::Work* Cutter::workOf(std::size_t object) {
+  for (Work& work : works_)
+    if (work.object == object) return &work;
+  return nullptr;
+}
+
+const Cutter::Work* Cutter::workOf(std::size_t object) const { return const_cast<Cutter*>(this)->workOf(object); }
+
+void Cutter::mend() {
+  for (Work& work : works_) {
+    work.lattice.clear();
+    std::fill(work.removed.begin(), work.removed.end(), 0.0);
+    std::fill(work.burr.begin(), work.burr.end(), Near{});
+    work.layer = CutState::kNone;
+  }
+}
+
+CutState Cutter::stateOf(std::size_t object) const {
+  CutState state;
+  if (const Work* work = workOf(object)) {
+    std::copy(work->removed.begin(), work->removed.end(), state.removed.begin());
+    state.layer = work->layer;
+  }
+  return state;
+}
+
+Vector3d Cutter::localOf(const Work& work, const Vector3d& world) const {
+  const CompiledObject& object = memory_.objects[work.object];
+  return object.rotation.transpose() * (world - object.anchor);
+}
+
+bool Cutter::isRemoved(std::size_t object, const Vector3d& point) const {
+  const Work* work = workOf(object);
+  return work && work->lattice.blockCount() > 0 && work->lattice.at(point).clearance < -kEdge * work->lattice.spacing();
+}
+
+// Makes the blocks within `needed` of the ball, and some of those within `ahead` of that. No surface is within `free` of
+// it. Returns whether all that are needed are there.
+bool Cutter::makeBlocks(Work& work, Near& near, double needed, double ahead, double free, std::uint32_t max_work, StepResult& result) {
+  const double since = (near.at - near.known_about).norm();
+  if (since + needed <= near.known_within && since < 0.5 * ahead) return true;
+  CutLattice& lattice = work.lattice;
+  const double all = needed + ahead;
+  const BlockPlace low = lattice.placeOf(near.at - Vector3d::Constant(all)), high = lattice.placeOf(near.at + Vector3d::Constant(all));
+  bool is_complete = true, is_ahead = true;
+  ahead_.clear();
+  BlockPlace place;
+  for (place[2] = low[2]; place[2] <= high[2]; ++place[2])
+    for (place[1] = low[1]; place[1] <= high[1]; ++place[1])
+      for (place[0] = low[0]; place[0] <= high[0]; ++place[0]) {
+        const double middle = (lattice.middleOf(place) - near.at).norm(), nearest = middle - lattice.blockRadius() - lattice.spacing();
+        if (nearest > all || lattice.find(place) != CutLattice::kUnknown) continue;
+        if (middle + lattice.blockRadius() + lattice.reach() < free) {
+          lattice.addOutside(place);
+        } else if (nearest <= needed) {
+          if (result.work >= max_work || !work.layers.make(place, lattice, result.work)) is_complete = false;
+        } else if (ahead_.size() < ahead_.capacity()) {
+          ahead_.push_back(place);
+        } else {
+          is_ahead = false;
+        }
+      }
+  for (const BlockPlace& next : ahead_) is_ahead = result.work < max_work && work.layers.make(next, lattice, result.work) && is_ahead;
+  if (is_complete && is_ahead) near.known_about = near.at, near.known_within = all;
+  return is_complete;
+}
+
+// What a ball that may go `way` in this step has to know of the object.
+Cutter::Reach Cutter::prepare(Work& work, std::size_t ball, double way, std::uint32_t max_work, StepResult& result) {
+  const CutLattice& lattice = work.lattice;
+  Near& near = work.burr[ball];
+  near.is_near = false;
+  near.at = localOf(work, placeOf(memory_.graphic, scene_.burr[ball]));
+  const auto radius = static_cast<double>(scene_.burr[ball].radius);
+  const double needed = radius + 2 * lattice.reach();
+  if (near.at.norm() > work.shape.radius + needed + std::max(way, kAhead)) return Reach::Far;
+  double free = 0;
+  if (lattice.find(lattice.placeOf(near.at)) < 0) {
+    const double distance = work.layers.distanceFrom(near.at, needed + std::max(way, kAhead), result.work);
+    if (distance <= radius || !work.layers.isInside(near.at, result.work)) free = distance;
+    if (free - radius > std::max(way, lattice.reach())) {
+      if (free < needed + kAhead) (void)makeBlocks(work, near, 0, needed + kAhead, free, max_work, result);
+      return Reach::Far;
+    }
+  }
+  if (!makeBlocks(work, near, needed, kAhead, free, max_work, result)) return Reach::Unknown;
+  near.is_near = true;
+  return Reach::Near;
+}
+
+// The way of a facet at `from` along its normal to the material, at most the lattice's reach; and the share of the facet
+// that meets it.
+double Cutter::gapAlong(const CutLattice& lattice, const Vector3d& from, const Vector3d& direction, float& share) const {
+  const auto inverse_h = static_cast<float>(1 / lattice.spacing());
+  Material here = lattice.at(from);
+  share = std::clamp(0.5f + here.depth * inverse_h, 0.0f, 1.0f) *
+          std::clamp(1 + here.clearance * inverse_h / static_cast<float>(kEdge), 0.0f, 1.0f);
+  if (share > 0) return 0;
+  double way = 0;
+  for (int trace = 0; trace < kMaxTraces; ++trace) {
+    const double further = -static_cast<double>(std::min(here.depth, here.clearance));
+    if (further <= 0) {
+      share = 1;
+      return way;
+    }
+    way += std::max(further, 0.1 * lattice.spacing());
+    if (way > lattice.reach()) break;
+    here = lattice.at(from + way * direction);
+  }
+  return lattice.reach();
+}
+
+void Cutter::addFacets(Work& work, std::size_t ball) {
+  const CompiledObject& object = memory_.objects[work.object];
+  const MovingBody& body = memory_.bodies[object.body];
+  const auto radius = static_cast<double>(scene_.burr[ball].radius);
+  const Vector3d arm = memory_.graphic.orientation * centreOf(scene_.burr[ball]), at = memory_.graphic.position + arm;
+  Vector3d carried = Vector3d::Zero();  // way of the object there in this step
+  if (body.moves) carried = motionAt(body, 1, at).translation;
+  for (const Vector3d& direction : directions_) {
+    float share = 0;
+    const Vector3d from = work.burr[ball].at + radius * direction;
+    const double gap = gapAlong(work.lattice, from, direction, share);
+    if (share == 0) continue;
+    const std::uint8_t layer = work.lattice.layerAt(from + (gap + 0.5 * work.lattice.spacing()) * direction);
+    const CutMaterial& material = work.model.material;
+    CutFacet& facet = facets_.emplace_back();
+    facet.direction = object.rotation * direction;
+    facet.along << facet.direction, arm.cross(facet.direction) / scene_.angle_length;
+    facet.gap = gap + facet.direction.dot(carried);
+    facet.area = 4 * M_PI / kFacets * radius * radius * static_cast<double>(share);
+    facet.rate = (layer == 0 ? material.removal : material.inner[layer - 1u].removal) * M_PI * radius * radius;
+    facet_layer_.push_back(layer);
+    facet_work_.push_back(static_cast<std::uint8_t>(&work - works_.data()));
+    facet_arm_.push_back(arm);
+  }
+}
+
+// The share of the step after which no facet is too deep, and no ball has come to where blocks may be missing.
+double Cutter::shareWithin(const Vector6& y) const {
+  double share = 1;
+  for (const Work& work : works_) {
+    const CutLattice& lattice = work.lattice;
+    for (std::size_t ball = 0; ball < work.burr.size(); ++ball) {
+      if (!work.burr[ball].is_near) continue;
+      const Vector3d arm = memory_.graphic.orientation * centreOf(scene_.burr[ball]);
+      const double way = (y.head<3>() + y.tail<3>().cross(arm) / scene_.angle_length).norm();
+      if (share * way > lattice.reach()) share = lattice.reach() / way;
+    }
+  }
+  for (std::size_t i = 0; i < facets_.size(); ++i) {
+    const double towards = facets_[i].along.dot(y), most = facets_[i].gap + kBiteSpacings * works_[facet_work_[i]].lattice.spacing();
+    if (share * towards > most) share = std::max(0.0, most / towards);
+  }
+  return share;
+}
+
+// The target of the spring with the force that rubs on the turning burr: against its motion at each facet, a share of
+// the facet's force. The burr turns by the right hand about the axis of the spindle.
+Vector6 Cutter::rubbedTarget(const CutStep& step, const Vector6& target) const {
+  Vector6 out = target;
+  const Vector3d axis = memory_.graphic.orientation * scene_.spindle_axis;
+  double sum = 0;
+  for (const CutFacet& facet : facets_) sum += std::max(0.0, facet.along.dot(step.y) - facet.gap) * facet.area / facet.rate;
+  if (!(sum > 0)) return out;
+  for (std::size_t i = 0; i < facets_.size(); ++i) {
+    const CutFacet& facet = facets_[i];
+    const double depth = facet.along.dot(step.y) - facet.gap;
+    const Vector3d motion = axis.cross(facet.direction);
+    const double length = motion.norm();
+    if (!(depth > 0 && length > 1e-6)) continue;
+    const double tangential = works_[facet_work_[i]].model.material.tangential;
+    const Vector3d pull =
+        -tangential * step.force.norm() * (depth * facet.area / facet.rate / sum) / (scene_.pull.translation * length) * motion;
+    out.head<3>() += pull;
+    out.tail<3>() += facet_arm_[i].cross(pull) / scene_.angle_length;
+  }
+  return out;
+}
+
+Configuration Cutter::resisted(const Configuration& aim, StepResult& result) {
+  facets_.clear(), facet_layer_.clear(), facet_work_.clear(), facet_arm_.clear();
+  for (Work& work : works_) {
+    work.layer = CutState::kNone;
+    for (Near& near : work.burr) near.is_near = false;
+  }
+  if (!spins_) return aim;
+  const Displacement to_aim = displacementBetween(memory_.graphic, aim);
+  const std::uint32_t max_work = scene_.step_limits.max_work / 4;
+  bool is_known = true, is_near = false;
+  for (Work& work : works_) {
+    if (!memory_.isActive(work.object)) continue;
+    follow(work.object, memory_);
+    const double way =
+        to_aim.translation.norm() + scene_.tool.reach * to_aim.rotation.norm() + memory_.bodies[memory_.objects[work.object].body].length;
+    for (std::size_t ball = 0; ball < work.burr.size(); ++ball) {
+      const Reach reach = prepare(work, ball, way, max_work, result);
+      is_known = is_known && reach != Reach::Unknown;
+      if (reach != Reach::Near) continue;
+      is_near = true;
+      addFacets(work, ball);
+      result.work += 4 * kFacets;
+    }
+  }
+  if (!is_known) {
+    result.faults |= kWorkLimit;
+    return memory_.graphic;
+  }
+  if (!is_near) return aim;
+  Vector6 target;
+  target << to_aim.translation, scene_.angle_length * to_aim.rotation;
+  CutStep step = cutStep(facets_, target, Vector6::Zero(), scene_.pull.translation, scene_.step_time);
+  if (rubs_) step = cutStep(facets_, rubbedTarget(step, target), step.y, scene_.pull.translation, scene_.step_time);
+  result.work += static_cast<std::uint32_t>(facets_.size());
+  for (std::size_t i = 0; i < facets_.size(); ++i) {
+    if (!(facets_[i].along.dot(step.y) > facets_[i].gap)) continue;
+    std::uint32_t& layer = works_[facet_work_[i]].layer;
+    layer = layer == CutState::kNone ? facet_layer_[i] : std::max(layer, std::uint32_t{facet_layer_[i]});
+  }
+  const Vector6 y = shareWithin(step.y) * step.y;
+  return moved(memory_.graphic, {y.head<3>(), y.tail<3>() / scene_.angle_length});
+}
+
+void Cutter::remove(StepResult& result) {
+  if (!spins_) return;
+  for (Work& work : works_) {
+    if (std::ranges::none_of(work.burr, &Near::is_near)) continue;
+    follow(work.object, memory_);
+    for (std::size_t ball = 0; ball < work.burr.size(); ++ball)
+      if (work.burr[ball].is_near)
+        result.work += work.lattice.remove(work.burr[ball].at, localOf(work, placeOf(memory_.graphic, scene_.burr[ball])),
+                                           static_cast<double>(scene_.burr[ball].radius), work.removed);
+  }
+}
+
+// Copies the pairs of a run, with the burr's balls for the leaves that cover them; without those while it turns.
+void Cutter::addPairs(const PairSet& set, const PairRun& run) {
+  const std::size_t begin = pairs_.size();
+  const bool is_cut = workOf(run.object) != nullptr;
+  for (std::uint32_t pair : set.pairs.subspan(run.begin, run.count)) {
+    if (is_cut)
+      if (const std::uint32_t ball = scene_.burr_of[pair >> 16]; ball != kNoItem) {
+        if (spins_) continue;
+        pair = (scene_.burr_slot + ball) << 16 | (pair & 0xffff);
+      }
+    pairs_.push_back(pair);
+  }
+  const auto first = pairs_.begin() + static_cast<std::ptrdiff_t>(begin);
+  if (is_cut && !spins_) {  // several leaves of the burr may have met one triangle
+    std::sort(first, pairs_.end());
+    pairs_.erase(std::unique(first, pairs_.end()), pairs_.end());
+  }
+  if (pairs_.size() > begin)
+    runs_.push_back({run.object, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(pairs_.size() - begin)});
+}
+
+// Adds the pairs of the tool and the walls of an object. Returns false if there is no space for them.
+bool Cutter::addWallsOf(Work& work, const Configuration& pose, double margin, std::uint32_t& tests) {
+  const CompiledObject& object = memory_.objects[work.object];
+  const Eigen::Matrix3d turn = object.rotation.transpose() * pose.orientation.toRotationMatrix();
+  const Vector3d offset = localOf(work, pose.position), root = offset + turn * scene_.tool_root;
+  const double block_radius = work.lattice.blockRadius() + work.lattice.largestWallBall(), slack = 1e-5 + margin;
+  const std::size_t begin = pairs_.size(), capacity = scene_.step_limits.max_pairs;
+  for (std::size_t b = 0; b < work.lattice.blockCount(); ++b) {
+    if (!work.lattice.block(b).is_cut) continue;
+    const Vector3d middle = work.lattice.middleOf(work.lattice.block(b).place);
+    if ((middle - root).norm() > scene_.tool_root_radius + slack + block_radius) continue;
+    const std::size_t first = walls_.size();
+    if (first + kBlockPoints > walls_.capacity()) return false;
+    const std::vector<Sphere>* wall = nullptr;
+    bool is_used = false;
+    for (const std::uint32_t slot : scene_.wall_slots) {
+      if (spins_ && slot >= scene_.burr_slot) break;  // they come last
+      const Sphere& ball = scene_.tool.spheres[slot];
+      const Vector3d at = offset + turn * centreOf(ball);
+      const double reach = static_cast<double>(ball.radius) + slack;
+      ++tests;
+      if ((at - middle).squaredNorm() > (reach + block_radius) * (reach + block_radius)) continue;
+      if (!wall) wall = &work.lattice.wallOf(b);
+      tests += static_cast<std::uint32_t>(wall->size() + 7) / 8;
+      for (std::size_t w = 0; w < wall->size(); ++w) {
+        const double sum = reach + static_cast<double>((*wall)[w].radius);
+        if ((at - centreOf((*wall)[w])).squaredNorm() > sum * sum) continue;
+        if (pairs_.size() == capacity) return false;
+        pairs_.push_back(slot << 16 | static_cast<std::uint32_t>(first + w));
+        is_used = true;
+      }
+    }
+    if (is_used) walls_.insert(walls_.end(), wall->begin(), wall->end());
+  }
+  if (pairs_.size() > begin)
+    runs_.push_back({work.object, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(pairs_.size() - begin), true});
+  return true;
+}
+
+void Cutter::addWalls(const Configuration& pose, double margin, PairSet& set) {
+  if (set.coarse) return;
+  pairs_.clear(), runs_.clear(), walls_.clear();
+  bool fits = true;
+  std::uint32_t tests = 0;
+  const PairRun* run = set.runs.data();
+  const PairRun* const end = run + set.runs.size();
+  for (Work& work : works_) {  // by object, as the runs are
+    for (; run != end && run->object <= work.object; ++run) addPairs(set, *run);
+    if (fits && memory_.feelsSkin(work.object) && memory_.isActive(work.object)) fits = addWallsOf(work, pose, margin, tests);
+  }
+  for (; run != end; ++run) addPairs(set, *run);
+  set.work += (tests + 7) / 8;
+  set.coarse = !fits || pairs_.size() > scene_.step_limits.max_pairs;
+  if (set.coarse) return;
+  std::copy(pairs_.begin(), pairs_.end(), memory_.pairs.begin());
+  memory_.runs.assign(runs_.begin(), runs_.end());
+  set.pairs = {memory_.pairs.data(), pairs_.size()};
+  set.runs = memory_.runs;
+}
+
+void Cutter::dropRemoved(const PairSet& set, std::uint32_t first, const Configuration& pose, RowSet& rows) const {
+  const Eigen::Matrix3d rotation = pose.orientation.toRotationMatrix();
+  float smallest = std::numeric_limits<float>::infinity();
+  bool is_changed = false;
+  for (const PairRun& run : set.runs) {
+    const Work* const work = run.of_wall ? nullptr : workOf(run.object);
+    const bool is_cut = work && work->lattice.blockCount() > 0;
+    for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i) {
+      const std::uint32_t row = first + i;
+      const auto weight = static_cast<double>(rows.weight[row]);
+      const double gap = -static_cast<double>(rows.b[row]) / weight;
+      if (is_cut && gap < 1e6) {
+        const Sphere& ball = scene_.tool.spheres[set.pairs[i] >> 16];
+        Vector3d normal;
+        for (std::size_t k = 0; k < 3; ++k) normal[static_cast<Eigen::Index>(k)] = static_cast<double>(rows.rows.a[k][row]) / weight;
+        const Vector3d touched = pose.position + rotation * centreOf(ball) - (static_cast<double>(ball.radius) + gap) * normal;
+        if (isRemoved(run.object, localOf(*work, touched))) {
+          for (std::size_t k = 0; k < 6; ++k) const_cast<float*>(rows.rows.a[k])[row] = 0;
+          rows.b[row] = std::min(rows.b[row], 0.0f);  // keeps its gap, since the tool may come to where the surface is left
+          is_changed = true;
+          continue;
+        }
+      }
+      if (rows.weight[row] > 0) smallest = std::min(smallest, -rows.b[row] / rows.weight[row]);
+    }
+  }
+  if (is_changed) (first == 0 ? rows.smallest_gap : rows.smallest_felt_gap) = smallest;
+}
+
+}  // namespace spheretree::runtime

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+// A burr cuts a block: the law of removal, the walls that are left, and that only the burr passes. Subject: step.h
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "cut/cut_layers.h"
+#include "cut/cutting_resistance.h"
+#include "spheretree/runtime/step.h"
+#include "support/random.h"
+#include "support/rig.h"
+
+namespace spheretree::runtime {
+namespace {
+
+using Eigen::Vector3d;
+using test::ball;
+using test::kUpright;
+using test::Random;
+using test::Rig;
+
+constexpr double kBurr = 0.5;
+
+SharedTree block(const Vector3d& half) { return test::withSkin(test::boxTree(half, {8, 8, 4}, 1), test::boxSkin(half)); }
+
+// A burr at the origin of the tool, and a shank above it.
+SphereTree handpiece() {
+  std::vector<Sphere> balls{ball(0, 0, 0, kBurr)};
+  for (int k = 1; k < 8; ++k) balls.push_back(ball(0, 0, 0.5 + 0.25 * k, 0.3));
+  return test::treeOfBalls(balls);
+}
+
+SceneDescription drill(const CutMaterial& material, const Vector3d& half = {6, 6, 3}) {
+  SceneDescription d;
+  d.tool = handpiece();
+  d.burr = {{{0, 0, 0}, kBurr}};
+  SceneObject object{block(half), {}};
+  std::string fault;
+  object.cut = cutModel(object.tree, material, fault);
+  EXPECT_TRUE(object.cut) << fault;
+  d.objects.push_back(object);
+  return d;
+}
+
+double sumOf(const CutState& state) { return std::accumulate(state.removed.begin(), state.removed.end(), 0.0); }
+
+// Archimedes: of a ball that has sunk by `depth` into a plane, below which it came straight down.
+double drilled(double depth) {
+  const double cap = std::min(depth, kBurr);
+  return M_PI * cap * cap * (kBurr - cap / 3) + M_PI * kBurr * kBurr * std::max(0.0, depth - kBurr);
+}
+
+TEST(Cutting, RemovesAVolumeForEachUnitOfForceAndTime) {
+  for (const double rate : {0.5, 3.0})
+    for (const double stretch : {0.3, 3.0}) {
+      Rig rig(drill({rate, {}, 0}));
+      ASSERT_TRUE(setSpindle(true, *rig.workspace));
+      Vector3d hand(0.13, 0.07, 0);
+      StepResult r;
+      for (double z = 5; z > 3 + kBurr; z -= 0.05) r = rig.toPoint({hand.x(), hand.y(), z});
+      double impulse = 0;
+      for (int n = 0; n < 4000 && r.graphic.position.z() > 2.0; ++n) {
+        hand.z() = r.graphic.position.z() - stretch;
+        r = rig.toPoint(hand);
+        if (r.graphic.position.z() < 3 + kBurr) impulse += 0.001 * r.wrench.force.z();
+        ASSERT_EQ(r.faults, 0u) << n << " z " << r.graphic.position.z() << " work " << r.work;
+      }
+      const double depth = 3 + kBurr - r.graphic.position.z(), exact = drilled(depth);
+      EXPECT_NEAR(impulse * rate * M_PI * kBurr * kBurr / exact, 1, 0.02) << rate << " " << stretch << " " << depth;
+      EXPECT_NEAR(sumOf(cutState(0, *rig.workspace)) / exact, 1, 0.02);
+    }
+}
+
+// Moves down by `depth` below the surface of the block, cutting, and stays there with the spindle off.
+Vector3d drillDown(Rig& rig, const Vector3d& at, double depth) {
+  setSpindle(true, *rig.workspace);
+  StepResult r;
+  for (double z = 3 + kBurr + 1; z > 3 + kBurr - depth; z -= 0.01) r = rig.toPoint({at.x(), at.y(), z});
+  for (int n = 0; n < 2000; ++n) r = rig.toPoint({at.x(), at.y(), 3 + kBurr - depth});
+  setSpindle(false, *rig.workspace);
+  return r.graphic.position;
+}
+
+TEST(Cutting, OnlyTheTurningBurrPasses) {
+  Rig rig(drill({5, {}, 0}));
+  StepResult r;
+  for (double z = 5; z > 1; z -= 0.02) r = rig.toPoint({0.2, 0.1, z});  // the spindle rests
+  EXPECT_NEAR(r.graphic.position.z(), 3 + kBurr, 1e-3);
+  EXPECT_EQ(sumOf(cutState(0, *rig.workspace)), 0);
+  setSpindle(true, *rig.workspace);
+  for (int n = 0; n < 100; ++n) r = rig.toPoint({0.2, 0.1, 1});
+  EXPECT_LT(r.graphic.position.z(), 3 + kBurr - 0.1);
+  mend(*rig.workspace);
+  EXPECT_EQ(sumOf(cutState(0, *rig.workspace)), 0);
+}
+
+// The burr rests in the hole that it has drilled, which is as wide as itself, and comes out of it the way it went in.
+TEST(Cutting, TheWallOfAHoleHoldsTheBurr) {
+  Rig rig(drill({8, {}, 0}));
+  const Vector3d bottom = drillDown(rig, {0.33, -0.21, 0}, 1.2);
+  EXPECT_NEAR(bottom.z(), 3 + kBurr - 1.2, 0.01);
+  Random random(5);
+  double aside = 0, below = 0, largest = 0;
+  Vector3d hand = bottom, force(0, 0, 0);
+  for (int n = 0; n < 4000; ++n) {
+    const Vector3d to = bottom + Vector3d(random.between(-1, 1), random.between(-1, 1), random.between(-1, 0.4));
+    hand += 0.02 * (to - hand);
+    const StepResult r = rig.toPoint(hand);
+    ASSERT_LE(r.penetration, kGapTolerance) << n;
+    const Vector3d& p = r.graphic.position;
+    if (p.z() < 3) {  // more than half of the burr is in the hole
+      aside = std::max(aside, std::hypot(p.x() - bottom.x(), p.y() - bottom.y()));
+      below = std::max(below, bottom.z() - p.z());
+    }
+    if (n > 0) largest = std::max(largest, (r.wrench.force - force).norm());
+    force = r.wrench.force;
+  }
+  EXPECT_LT(aside, 0.02);
+  EXPECT_LT(below, 0.01);
+  EXPECT_LT(largest, 0.15);
+  StepResult r;
+  for (int n = 0; n < 400; ++n) r = rig.toPoint({bottom.x(), bottom.y(), bottom.z() + 0.01 * n});
+  EXPECT_LT(r.wrench.force.norm(), 1e-6);
+}
+
+// A ball of 0.25 mm, 10 mm beside the burr, feels the round floor of a channel that the burr has cut.
+TEST(Cutting, AChannelIsFeltAsACylinder) {
+  SceneDescription d = drill({5, {}, 0});
+  d.tool = test::treeOfBalls({ball(0, 0, 0, kBurr), ball(10, 0, 0, 0.25)});
+  Rig rig(d);
+  setSpindle(true, *rig.workspace);
+  for (double z = 5; z > 3; z -= 0.01) rig.toPoint({-2, 0.03, z});
+  StepResult r;
+  for (double x = -2; x < 1.5; x += 0.002) r = rig.toPoint({x, 0.03 + 0.1 * x, 3});
+  const Vector3d axis = r.graphic.position, along = Vector3d(1, 0.1, 0).normalized();
+  setSpindle(false, *rig.workspace);
+  for (double z = 3; z < 6; z += 0.01) rig.toPoint({1.5, 0.18, z});
+  for (double x = 1.5; x > -10.5; x -= 0.01) rig.toPoint({x, 0.0, 6});
+  std::vector<double> angles;
+  Vector3d hand(-10.5, 0, 6);
+  for (; hand.z() > 2.4; hand.z() -= 0.01) rig.toPoint(hand);
+  for (int n = 0; n < 4000; ++n) {
+    const double x = -10.5 + 0.0003 * n;
+    hand = Vector3d(x, 0.03 + 0.1 * (x + 10) + 0.5 * std::sin(0.02 * n), 2.3);
+    r = rig.toPoint(hand);
+    Vector3d out = axis - r.graphic.position - Vector3d(10, 0, 0);
+    out -= out.dot(along) * along;
+    const Vector3d force = r.wrench.force - r.wrench.force.dot(along) * along;
+    if (r.graphic.position.z() < 2.9 && out.norm() > 0.2) angles.push_back(test::degreesBetween(force, out));
+  }
+  ASSERT_GT(angles.size(), 1000u);
+  std::sort(angles.begin(), angles.end());
+  std::printf("%zu median %.2f p99 %.2f max %.2f\n", angles.size(), angles[angles.size() / 2], angles[angles.size() * 99 / 100],
+              angles.back());
+}
+
+// A shank is as firm in the hole as on the surface, and holds the burr that could cut on.
+TEST(Cutting, TheShankDoesNotCut) {
+  Rig rig(drill({8, {}, 0}));
+  const Vector3d bottom = drillDown(rig, {0, 0, 0}, 2);  // the shank, of 0.3 mm, is 1.5 mm deep in a hole of 0.5 mm
+  setSpindle(true, *rig.workspace);
+  StepResult r;
+  for (int n = 0; n < 3000; ++n) r = rig.toPoint(bottom + Vector3d(std::min(2.0, 0.001 * n), 0, 0));
+  EXPECT_NEAR(r.graphic.position.x(), 0.2, 0.02);
+  EXPECT_NEAR(r.wrench.force.x(), -1.8, 0.05);
+}
+
+TEST(Cutting, TheSameStepsLeaveTheSameBytes) {
+  std::vector<Vector3d> places[2];
+  double removed[2];
+  const auto run = [&](Kernel kernel, int which) {
+    Rig rig(drill({4, {}, 0.5}));
+    rig.workspace = std::make_unique<Workspace>(rig.scene, kernel);
+    setSpindle(true, *rig.workspace);
+    Random random(7);
+    Vector3d hand(0, 0, 5);
+    for (int n = 0; n < 1500; ++n) {
+      hand += 0.02 * (Vector3d(random.between(-1, 1), random.between(-1, 1), 2.5 + random.between(-1, 1)) - hand);
+      places[which].push_back(rig.toPoint(hand).graphic.position);
+    }
+    removed[which] = sumOf(cutState(0, *rig.workspace));
+  };
+  run(Kernel::Scalar, 0);
+  run(Kernel::Best, 1);
+  EXPECT_EQ(places[0], places[1]);
+  EXPECT_EQ(removed[0], removed[1]);
+  EXPECT_GT(removed[0], 0.1);
+}
+
+TEST(Cutting, AToolThatComesFastIsHeldByWhatItCannotCutInAStep) {
+  for (const double speed : test::kSpeeds) {
+    Rig rig(drill({0.01, {}, 0}));  // hard
+    setSpindle(true, *rig.workspace);
+    StepResult r;
+    for (double z = 20; z > -20; z -= speed) {
+      r = rig.toPoint({0.4, 0.3, z});
+      ASSERT_GT(r.graphic.position.z(), 3 + kBurr - 0.2) << speed;
+    }
+  }
+}
+
+CutFacet facetOf(const Vector3d& direction, double gap, double area, double rate) {
+  CutFacet facet;
+  facet.direction = direction;
+  facet.along << direction, Vector3d::Zero();
+  facet.gap = gap, facet.area = area, facet.rate = rate;
+  return facet;
+}
+
+TEST(CutStep, TakesEnergyAndObeysTheLaw) {
+  Random random(3);
+  int missed = 0;  // facets on all sides, with gaps that no burr has
+  for (int n = 0; n < 3000; ++n) {
+    std::vector<CutFacet> facets;
+    const int count = 1 + static_cast<int>(random.below(60));
+    for (int k = 0; k < count; ++k)
+      facets.push_back(
+          facetOf(random.direction(), random.below(2) ? 0 : random.between(0, 0.1), random.between(0, 0.02), random.between(0.1, 5)));
+    Vector6 target;
+    target << random.between(0, 2) * random.direction(), random.direction();
+    const CutStep step = cutStep(facets, target, Vector6::Zero(), 1, 0.001);
+    const Vector3d way = step.y.head<3>();
+    EXPECT_LE(step.force.dot(way), 1e-12);
+    EXPECT_LT((target.head<3>() - way + step.force).norm(), 2e-3 * step.force.norm() + 1e-9);  // balance with a spring of 1 N/mm
+    double wanted = 0;
+    for (const CutFacet& facet : facets) wanted += facet.area * std::max(0.0, facet.direction.dot(way) - facet.gap) / facet.rate;
+    missed += std::abs(step.force.norm() * 0.001 / wanted - 1) > 0.02;
+  }
+  EXPECT_LT(missed, 30);
+}
+
+// The judge: points of the union of capsules that lie on its boundary and in the material, against the balls of the
+// wall.
+TEST(CutLattice, ItsBallsLieAlongTheWallAndNeverBeyondIt) {
+  const CompiledSkin skin = compileSkin(test::boxSkin({4, 4, 2}), Vector3d::Zero());
+  for (const Kernel kernel : {Kernel::Scalar, Kernel::Best}) {
+    CutLayers layers(skin);
+    const double spacing = kBurr / 8;
+    CutLattice lattice(spacing, 4 * spacing, 4096, kernel == Kernel::Best && avx2Kernel() ? *avx2Kernel() : scalarKernel());
+    std::vector<std::pair<Vector3d, Vector3d>> capsules;  // a raster of 0.3 mm, slightly tilted
+    for (int row = 0; row < 6; ++row)
+      for (int k = 0; k < 60; ++k) {
+        const auto at = [&](int i) { return Vector3d(-1.02 + 0.035 * i, -0.7 + 0.3 * row + 0.001 * i, 2.1 - 0.002 * i + 0.01 * row); };
+        capsules.push_back({at(k), at(k + 1)});
+      }
+    std::uint32_t work = 0;
+    const BlockPlace low = lattice.placeOf({-2, -2, 1}), high = lattice.placeOf({2.2, 2, 3});
+    BlockPlace place;
+    for (place[2] = low[2]; place[2] <= high[2]; ++place[2])
+      for (place[1] = low[1]; place[1] <= high[1]; ++place[1])
+        for (place[0] = low[0]; place[0] <= high[0]; ++place[0]) ASSERT_TRUE(layers.make(place, lattice, work));
+    std::vector<double> volume(1);
+    for (const auto& [from, to] : capsules) lattice.remove(from, to, kBurr, volume);
+    const auto gapTo = [](const std::pair<Vector3d, Vector3d>& c, const Vector3d& p) {
+      const Vector3d way = c.second - c.first;
+      return (p - c.first - std::clamp((p - c.first).dot(way) / way.squaredNorm(), 0.0, 1.0) * way).norm() - kBurr;
+    };
+    std::vector<Sphere> wall;
+    for (std::size_t b = 0; b < lattice.blockCount(); ++b)
+      if (lattice.block(b).is_cut) wall.insert(wall.end(), lattice.wallOf(b).begin(), lattice.wallOf(b).end());
+    Random random(11);
+    for (const Sphere& s : wall) {  // in the material, as a ball
+      ASSERT_LE((centreOf(s).cwiseAbs() - Vector3d(4, 4, 2)).maxCoeff() + double{s.radius}, 1e-5);
+      for (const auto& c : capsules) ASSERT_GE(gapTo(c, centreOf(s)) - double{s.radius}, -1e-5);
+    }
+    double volume_in = 0;
+    std::vector<double> gaps;
+    int tries = 0;
+    for (; gaps.size() < 3000 && tries < 1'000'000; ++tries) {
+      const auto& c = capsules[random.below(capsules.size())];
+      const Vector3d along = c.second - c.first, way = along.cross(random.direction()).normalized(),
+                     p = c.first + random.between(0, 1) * along + kBurr * way;
+      if ((p.cwiseAbs() - Vector3d(4, 4, 2)).maxCoeff() > 0) continue;
+      double nearest = 1;
+      for (const auto& other : capsules) nearest = std::min(nearest, gapTo(other, p));
+      if (nearest < -1e-9) continue;
+      double gap = 1;
+      for (const Sphere& s : wall) gap = std::min(gap, (centreOf(s) - p).norm() - double{s.radius});
+      gaps.push_back(gap);
+    }
+    ASSERT_EQ(gaps.size(), 3000u);
+    std::sort(gaps.begin(), gaps.end());
+    EXPECT_GE(gaps.front(), 0.004);
+    EXPECT_LT(gaps[1500], 0.01);
+    EXPECT_LT(gaps[2940], 0.02);  // the rim, a sharp edge, is rounded
+    EXPECT_LT(gaps.back(), 0.045);
+    Vector3d at;
+    for (int k = 0; k < 200'000; ++k) {
+      at = {random.between(-2, 2.2), random.between(-1.5, 1.6), random.between(1, 2)};
+      volume_in += std::ranges::any_of(capsules, [&](const auto& c) { return gapTo(c, at) < 0; });
+    }
+    EXPECT_NEAR(volume[0] / (volume_in / 200'000 * 4.2 * 3.1), 1, 0.01);
+  }
+}
+
+}  // namespace
+}  // namespace spheretree::runtime
