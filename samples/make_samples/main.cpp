@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // make_samples FOLDER: writes the sample meshes molar.obj and probe.obj, in millimetres. make_samples --mouth FOLDER:
-// the sample mouth. make_samples --robots FOLDER: two sample robots. The same meshes on every machine, byte for byte.
+// the sample mouth. --robots FOLDER: two sample robots. --cavity FOLDER: a tooth to be drilled. The same meshes on
+// every machine, byte for byte.
 #include <algorithm>
 #include <cstdio>
 #include <exception>
@@ -8,6 +9,7 @@
 #include <span>
 #include <string>
 
+#include "cavity.h"
 #include "molar.h"
 #include "mouth.h"
 #include "mouth_files.h"
@@ -54,6 +56,17 @@ void writeMouth(const std::filesystem::path& folder, Samples& out) {
   out.write(folder / "second_hand.csv", samples::trajectoryText(inspection));
 }
 
+void writeCavity(const std::filesystem::path& folder, Samples& out) {
+  const samples::CariousMolar molar = samples::makeCariousMolar();
+  out.write(folder / "tooth.obj", objText(molar.tooth, "Lower first molar"));
+  out.write(folder / "dentine.obj", objText(molar.dentine, "Its dentine"));
+  out.write(folder / "lesion.obj", objText(molar.lesion, "Its caries"));
+  out.write(folder / "pulp.obj", objText(molar.pulp, "Its pulp"));
+  out.write(folder / "handpiece.obj", objText(samples::makeHandpiece(), "Handpiece, the burr at the origin"));
+  out.write(folder / "cavity.scene.json", samples::cavitySceneText());
+  out.write(folder / "drill.csv", samples::drillText(samples::prepareCavity()));
+}
+
 void writeRobot(const std::filesystem::path& folder, const samples::RobotFiles& files, Samples& out) {
   spheretree::formats::makeFolder(folder / "meshes");
   for (const auto& [name, bytes] : files) out.write(folder / name, bytes);
@@ -66,15 +79,17 @@ int main(int argc, char** argv) try {
   argc -= force, argv += force;
   const std::string first = argc > 1 ? argv[1] : "", folder_name = argv[argc - 1];
   const bool help = first == "--help" || first == "-h", mouth = argc == 3 && first == "--mouth";
-  const bool robots = argc == 3 && first == "--robots";
-  if (help || (argc != 2 && !mouth && !robots) || folder_name.empty() || folder_name[0] == '-') {
+  const bool robots = argc == 3 && first == "--robots", cavity = argc == 3 && first == "--cavity";
+  if (help || (argc != 2 && !mouth && !robots && !cavity) || folder_name.empty() || folder_name[0] == '-') {
     std::fputs(
         "Usage: make_samples FOLDER\nWrites molar.obj and probe.obj, sample meshes in millimetres, into FOLDER.\n"
         "       make_samples --mouth FOLDER\nWrites an open mouth: mouth.obj, mouth.glb, probe.obj, mouth.scene.json, "
         "opening.scene.json (the jaw moves), two_hands.scene.json (a second probe moves along second_hand.csv), soft.scene.json (soft "
         "tongue, gums and cheeks), and paths of the probe: pocket.csv, inspection.csv, press.csv.\n"
         "       make_samples --robots FOLDER\nWrites two robots: sample_arm7/sample_arm7.urdf and sample_arm6/sample_arm6.urdf, with "
-        "meshes.\nWith --force as the first word, files that were edited or came from elsewhere are replaced.\n",
+        "meshes.\n       make_samples --cavity FOLDER\nWrites a carious molar as nested meshes (tooth.obj, dentine.obj, lesion.obj, "
+        "pulp.obj), handpiece.obj, cavity.scene.json and drill.csv, a path that prepares a class I cavity.\nWith --force as the first "
+        "word, files that were edited or came from elsewhere are replaced.\n",
         help ? stdout : stderr);
     return help ? 0 : 2;
   }
@@ -85,6 +100,11 @@ int main(int argc, char** argv) try {
   spheretree::formats::makeFolder(folder);
   if (mouth) {
     writeMouth(folder, out);
+    out.commit();
+    return 0;
+  }
+  if (cavity) {
+    writeCavity(folder, out);
     out.commit();
     return 0;
   }

@@ -31,7 +31,7 @@ def case(code, *words):
 
 def verbs():
     """Command lines that are wrong in themselves."""
-    verbs_of = ["batch", "build", "check", "compare", "convert", "evaluate", "inspect", "repair", "report", "robot", "scene", "soften",
+    verbs_of = ["batch", "build", "check", "compare", "convert", "evaluate", "grade", "inspect", "repair", "report", "robot", "scene", "soften",
                 "split"]
     for verb in verbs_of:
         case(USAGE, verb)
@@ -60,6 +60,7 @@ def inputs():
         "inspect": (["inspect", "IN"], {"tree"}), "convert": (["convert", "IN", "out.json"], {"tree"}),
         "evaluate mesh": (["evaluate", "IN", "t.stree"], {}), "evaluate tree": (["evaluate", "m.obj", "IN"], {"tree"}),
         "batch": (["batch", "IN", "-o", "out"], {"scene"}), "report": (["report", "IN", "-o", "out.html"], {"recording"}),
+        "grade": (["grade", "IN"], {"recording"}),
         "robot": (["robot", "IN", "-o", "out"], {"robot"})}
     files = {"missing": FILE, "folder": FILE, "loop": FILE, "dangling": FILE, "missing/file": FILE, "m.obj/file": FILE, "empty": REFUSED,
              "noise": REFUSED, "new\nline": FILE, "esc\x1b[31m": FILE, "n" * 300: FILE, "": USAGE, "zeros": REFUSED, "text": REFUSED,

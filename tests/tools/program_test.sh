@@ -55,7 +55,7 @@ write_torus() {
 case_help() {
   expect 0 --help
   fits_80 out
-  for verb in batch build check compare convert evaluate inspect repair report robot scene soften split view; do
+  for verb in batch build check compare convert evaluate grade inspect repair report robot scene soften split view; do
     says "^  $verb" out
     "$program" $verb --help >help || fail "no help of $verb"
     says "Example:" help
@@ -556,6 +556,7 @@ case_file_format() {
 
 . "${0%/*}/batch_cases.sh"
 . "${0%/*}/tissue_cases.sh"
+. "${0%/*}/cut_cases.sh"
 . "${0%/*}/page_cases.sh"
 . "${0%/*}/player_cases.sh"
 . "${0%/*}/message_cases.sh"

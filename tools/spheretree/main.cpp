@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
     addCompareCommand(program);
     addConvertCommand(program);
     addEvaluateCommand(program);
+    addGradeCommand(program);
     addInspectCommand(program);
     addRepairCommand(program);
     addReportCommand(program);

@@ -48,6 +48,12 @@ void load(BatchItem& item, const formats::SceneFile& scene, const std::filesyste
     item.status = ItemStatus::Cached;
     return;
   }
+  if (source.cut)
+    for (const formats::CutLayer& layer : source.cut->layers) {  // refused here rather than when the tree is drilled
+      formats::SceneItem inner = source;
+      inner.mesh = layer.mesh;
+      (void)meshes.read(scene, scene_path, inner);
+    }
   const formats::TreeSettings settings = formats::mergedSettings(source.settings, scene.defaults);
   TreeJob& job = item.job;
   job.path = formats::scenePath(scene_path, source.mesh);

@@ -40,6 +40,7 @@ void addCheckCommand(Program& program);
 void addCompareCommand(Program& program);
 void addConvertCommand(Program& program);
 void addEvaluateCommand(Program& program);
+void addGradeCommand(Program& program);
 void addInspectCommand(Program& program);
 void addRepairCommand(Program& program);
 void addReportCommand(Program& program);
