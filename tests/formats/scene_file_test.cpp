@@ -146,7 +146,7 @@ TEST(SceneFile, RefusesABurrOrLayersThatCannotBe) {
       {"\"name\": \"dentine\"", "\"name\": \"enamel\"", "objects[0].cut.layers[1].name is \"enamel\", the name of another layer"},
       {"\"name\": \"dentine\"", "\"name\": \"a/b\"", "objects[0].cut.layers[1].name is \"a/b\", not safe"},
       {"\"mesh\": \"inner/dentine.obj\"", "\"mesh\": \"\"", "objects[0].cut.layers[1].mesh is empty"},
-      {"\"mesh\": \"inner/dentine.obj\"", "\"tree\": \"d\"", "objects[0].cut.layers[1] has the unknown key \"tree\""},
+      {"\"mesh\": \"inner/dentine.obj\"", "\"part\": \"d\"", "objects[0].cut.layers[1] has the unknown key \"part\""},
       {"{\"name\": \"enamel\", \"mesh\": \"tooth.obj\"}", "{\"name\": \"enamel\", \"mesh\": \"shell.obj\"}",
        "objects[0].cut.layers[0].mesh is \"shell.obj\", not \"tooth.obj\": the first layer is the whole object"},
       {"\"tangential\": 0.25", "\"tangential\": 3", "objects[0].cut.tangential is 3, not within 0 .. 2"},

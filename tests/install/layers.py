@@ -48,7 +48,7 @@ WINGS = {
         "search": ["state"],
         "rows": ["state"],
         "tissue": ["search", "rows"],
-        "cut": ["state"],
+        "cut": ["rows"],
         "piece": ["contact"],
         "step": ["search", "rows", "piece"],
         ".": ["step"],

@@ -230,7 +230,7 @@ CutDescription readCut(const JsonElement& e) {
   for (std::size_t i = 0; i < layers.size(); ++i) {
     const JsonElement layer = layers.item(i);
     layer.onlyKeys({"name", "mesh", "tree"});
-    CutLayer read{fileSafeName(layer.at("name")), shortText(layer.at("mesh")), {}, 0};
+    CutLayer read{fileSafeName(layer.at("name")), shortText(layer.at("mesh"))};
     if (layer.has("tree")) read.tree = shortText(layer.at("tree"));
     for (const CutLayer& other : cut.layers)
       if (other.name == read.name) layer.at("name").fail("is " + inQuotes(read.name) + ", the name of another layer");

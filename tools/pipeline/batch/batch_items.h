@@ -52,8 +52,8 @@ struct BatchContext {
 /// The name of a layer as an item.
 std::string layerName(const formats::SceneItem& object, const formats::CutLayer& layer);
 
-/// The items of `scene`, which must outlive them, the layers last, with their meshes (kept in `meshes`) or their trees. An item that
-/// cannot be read has the status Failed.
+/// The items of `scene`, which must outlive them, the layers last, with their meshes (kept in `meshes`) or their trees.
+/// An item that cannot be read has the status Failed.
 /// @throws builder::Cancelled
 std::vector<BatchItem> loadItems(const formats::SceneFile& scene, const std::filesystem::path& scene_path, MeshStore& meshes, int threads,
                                  builder::Progress& progress);

@@ -69,11 +69,10 @@ struct SoftSettings {
 
 /// What a burr removes at one rate.
 struct CutLayer {
-  std::string name;            // unique in its object; see safe_name.h
-  std::filesystem::path mesh;  // closed; as written: see scenePath(). Unit and frame are those of the object's mesh
-  std::filesystem::path tree =
-      {};              // with the skin of the mesh, which the runtime takes; as written. batch makes it; of the first layer: empty
-  double removal = 0;  // depth that a burr gains for each N and s [mm/(N s)], > 0
+  std::string name;                 // unique in its object; see safe_name.h
+  std::filesystem::path mesh;       // closed; as written: see scenePath(). Unit and frame are those of the object's mesh
+  double removal = 0;               // depth that a burr gains for each N and s [mm/(N s)], > 0
+  std::filesystem::path tree = {};  // its skin is the mesh for the runtime; as written. `batch` makes it; empty for the first layer
 };
 
 /// An object from which a burr removes material.

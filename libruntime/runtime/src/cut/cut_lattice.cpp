@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "kernel/lanes.h"
 
@@ -67,6 +68,7 @@ void CutLattice::addOutside(const BlockPlace& place) {
 void CutLattice::clear() {
   std::fill(table_.begin(), table_.end(), Entry{});
   entry_count_ = count_ = 0;
+  is_cut_ = false;
 }
 
 Vector3d CutLattice::cornerOf(const BlockPlace& place) const {
@@ -116,6 +118,12 @@ Material CutLattice::at(const Vector3d& point) const {
   return sum;
 }
 
+double CutLattice::distanceFromCut(const Vector3d& point) const {
+  if (!is_cut_) return std::numeric_limits<double>::infinity();
+  const Vector3d low = cornerOf(cut_low_), high = cornerOf(cut_high_) + Vector3d::Constant(8 * spacing_);
+  return (point - point.cwiseMax(low).cwiseMin(high)).norm();
+}
+
 std::uint8_t CutLattice::layerAt(const Vector3d& point) const {
   BlockPlace place;
   std::size_t point_index = 0;
@@ -151,6 +159,11 @@ std::uint32_t CutLattice::remove(const Vector3d& from, const Vector3d& to, doubl
         if ((middle - along * way).norm() > far + blockRadius()) continue;
         CutBlock& block = blocks_[static_cast<std::size_t>(index)];
         block.is_cut = true;
+        for (std::size_t k = 0; k < 3; ++k) {
+          cut_low_[k] = is_cut_ ? std::min(cut_low_[k], place[k]) : place[k];
+          cut_high_[k] = is_cut_ ? std::max(cut_high_[k], place[k]) : place[k];
+        }
+        is_cut_ = true;
         const Vector3d corner = cornerOf(place) - from;  // small numbers, so that floats are exact enough
         for (int k = 0; k < 3; ++k) request.corner[k] = static_cast<float>(corner[k]);
         request.clearance = block.clearance;

@@ -70,6 +70,8 @@ class CutLattice {
   /// Removes the points within `radius` of the segment. `volume`: (layer) what this takes off is added, by the share of
   /// each point's cell [mm^3]. Returns the work in tests of 8 points.
   std::uint32_t remove(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius, std::span<double> volume);
+  /// The distance of a point from the box around all blocks that were cut; infinite if there is none.
+  double distanceFromCut(const Eigen::Vector3d& point) const;
   /// Balls about points of the lattice in the material, as large as fits, where something was removed nearby: they
   /// come to within a small play of what was removed.
   const std::vector<Sphere>& wallOf(std::size_t block);
@@ -92,6 +94,8 @@ class CutLattice {
   std::size_t entry_count_ = 0;
   std::vector<CutBlock> blocks_;
   std::size_t count_ = 0;
+  bool is_cut_ = false;
+  BlockPlace cut_low_{}, cut_high_{};  // of the blocks that were cut
 };
 
 }  // namespace spheretree::runtime

@@ -24,6 +24,7 @@ constexpr int kAheadBlocks = 2;           // as many a step
 constexpr std::size_t kMaxBlocks = 8192;  // 48 MB
 constexpr int kFacets = 192;              // of a burr ball: each turns by 8 degrees
 constexpr double kEdge = 0.25;            // the rim of what was removed is this wide, in spacings
+constexpr double kRoundingSlack = 1e-5;   // of distances in floats [mm]
 constexpr int kMaxTraces = 12;            // of the way to the material
 
 // Points evenly on the unit sphere: the spiral of equal areas whose turns are apart by the golden angle.
@@ -52,6 +53,7 @@ Cutter::Cutter(StepMemory& memory) : memory_(memory), scene_(memory.scene), dire
   facet_work_.reserve(facets);
   facet_arm_.reserve(facets);
   ahead_.reserve(kAheadBlocks);
+  near_parts_.reserve(scene_.wall_slots.size());
   walls_.reserve(1 << 16);
   pairs_.reserve(scene_.step_limits.max_pairs + 16);
   runs_.reserve(2 * scene_.objects.size());
@@ -332,35 +334,44 @@ void Cutter::addPairs(const PairSet& set, const PairRun& run) {
     runs_.push_back({run.object, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(pairs_.size() - begin)});
 }
 
+// The parts of the tool, at `pose`, that come within `margin` of the box around what was cut.
+void Cutter::findNearParts(const Work& work, const Configuration& pose, double margin) {
+  const Eigen::Matrix3d turn = memory_.objects[work.object].rotation.transpose() * pose.orientation.toRotationMatrix();
+  const Vector3d offset = localOf(work, pose.position), root = offset + turn * scene_.tool_root;
+  near_parts_.clear();
+  if (work.lattice.distanceFromCut(root) > scene_.tool_root_radius + margin) return;
+  for (const std::uint32_t slot : scene_.wall_slots) {
+    if (spins_ && slot >= scene_.burr_slot) break;  // they come last
+    const Sphere& ball = scene_.tool.spheres[slot];
+    const NearPart part{slot, offset + turn * centreOf(ball), static_cast<double>(ball.radius) + margin};
+    if (work.lattice.distanceFromCut(part.at) <= part.reach) near_parts_.push_back(part);
+  }
+}
+
 // Adds the pairs of the tool and the walls of an object. Returns false if there is no space for them.
 bool Cutter::addWallsOf(Work& work, const Configuration& pose, double margin, std::uint32_t& tests) {
-  const CompiledObject& object = memory_.objects[work.object];
-  const Eigen::Matrix3d turn = object.rotation.transpose() * pose.orientation.toRotationMatrix();
-  const Vector3d offset = localOf(work, pose.position), root = offset + turn * scene_.tool_root;
-  const double block_radius = work.lattice.blockRadius() + work.lattice.largestWallBall(), slack = 1e-5 + margin;
+  findNearParts(work, pose, margin + kRoundingSlack);
+  tests += static_cast<std::uint32_t>(scene_.wall_slots.size());
+  if (near_parts_.empty()) return true;
+  const double block_radius = work.lattice.blockRadius() + work.lattice.largestWallBall();
   const std::size_t begin = pairs_.size(), capacity = scene_.step_limits.max_pairs;
   for (std::size_t b = 0; b < work.lattice.blockCount(); ++b) {
     if (!work.lattice.block(b).is_cut) continue;
     const Vector3d middle = work.lattice.middleOf(work.lattice.block(b).place);
-    if ((middle - root).norm() > scene_.tool_root_radius + slack + block_radius) continue;
     const std::size_t first = walls_.size();
     if (first + kBlockPoints > walls_.capacity()) return false;
     const std::vector<Sphere>* wall = nullptr;
     bool is_used = false;
-    for (const std::uint32_t slot : scene_.wall_slots) {
-      if (spins_ && slot >= scene_.burr_slot) break;  // they come last
-      const Sphere& ball = scene_.tool.spheres[slot];
-      const Vector3d at = offset + turn * centreOf(ball);
-      const double reach = static_cast<double>(ball.radius) + slack;
+    for (const NearPart& part : near_parts_) {
       ++tests;
-      if ((at - middle).squaredNorm() > (reach + block_radius) * (reach + block_radius)) continue;
+      if ((part.at - middle).squaredNorm() > (part.reach + block_radius) * (part.reach + block_radius)) continue;
       if (!wall) wall = &work.lattice.wallOf(b);
-      tests += static_cast<std::uint32_t>(wall->size() + 7) / 8;
+      tests += static_cast<std::uint32_t>(wall->size());
       for (std::size_t w = 0; w < wall->size(); ++w) {
-        const double sum = reach + static_cast<double>((*wall)[w].radius);
-        if ((at - centreOf((*wall)[w])).squaredNorm() > sum * sum) continue;
+        const double sum = part.reach + static_cast<double>((*wall)[w].radius);
+        if ((part.at - centreOf((*wall)[w])).squaredNorm() > sum * sum) continue;
         if (pairs_.size() == capacity) return false;
-        pairs_.push_back(slot << 16 | static_cast<std::uint32_t>(first + w));
+        pairs_.push_back(part.slot << 16 | static_cast<std::uint32_t>(first + w));
         is_used = true;
       }
     }

@@ -43,6 +43,12 @@ class Cutter final : public Cutting {
     std::uint32_t layer = CutState::kNone;  // innermost that the burr met in the last step
     std::vector<Near> burr;                 // (ball)
   };
+  /// A leaf or a ball of the burr near what was cut.
+  struct NearPart {
+    std::uint32_t slot;
+    Eigen::Vector3d at;  // axes of the object
+    double reach;        // radius and margin [mm]
+  };
   enum class Reach : std::uint8_t { Far, Near, Unknown };
 
   Work makeWork(std::uint32_t object) const;
@@ -56,6 +62,7 @@ class Cutter final : public Cutting {
   Vector6 rubbedTarget(const CutStep& step, const Vector6& target) const;
   double shareWithin(const Vector6& y) const;
   void addPairs(const PairSet& set, const PairRun& run);
+  void findNearParts(const Work& work, const Configuration& pose, double margin);
   bool addWallsOf(Work& work, const Configuration& pose, double margin, std::uint32_t& tests);
 
   StepMemory& memory_;
@@ -67,6 +74,7 @@ class Cutter final : public Cutting {
   std::vector<std::uint8_t> facet_layer_, facet_work_;  // (facet)
   std::vector<Eigen::Vector3d> facet_arm_;              // (facet) from the reference point to the centre of its ball, world axes
   std::vector<BlockPlace> ahead_;                       // scratch
+  std::vector<NearPart> near_parts_;
   std::vector<Sphere> walls_;
   std::vector<std::uint32_t> pairs_;
   std::vector<PairRun> runs_;

@@ -24,8 +24,8 @@ class Cutting {
   virtual CutState stateOf(std::size_t object) const = 0;
 
   // In a step, in this order.
-  /// Where the spring takes the tool at the beginning of a step if the material ahead of the burr resists: `aim`, unless
-  /// the spindle turns.
+  /// Where the spring takes the tool at the beginning of a step if the material ahead of the burr resists: `aim`,
+  /// unless the spindle turns.
   virtual Configuration resisted(const Configuration& aim, StepResult& result) = 0;
   /// Completes the pairs of a search at `pose`: adds the walls of what was removed, and puts the burr's balls in place
   /// of the leaves that cover them, or leaves these out while the spindle turns.
