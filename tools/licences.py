@@ -80,7 +80,8 @@ def write_debian():
 def headers_of(build: Path) -> set:
     """Files of the system that were compiled into the build folder."""
     deps = output("ninja", "-C", str(build), "-t", "deps")
-    return {os.path.realpath(line.strip()) for line in deps.splitlines() if line.startswith("    /usr/")}
+    embedded = re.findall(r"^SPHERETREE_THREE_JS:FILEPATH=(.+)$", (build / "CMakeCache.txt").read_text(encoding="utf-8"), re.MULTILINE)
+    return {os.path.realpath(line.strip()) for line in deps.splitlines() if line.startswith("    /usr/")} | {os.path.realpath(name) for name in embedded}
 
 
 def binaries_of(build: Path) -> list:
