@@ -31,12 +31,7 @@ def output(*command: str, **options) -> str:
 
 
 def tracked() -> list:
-    """Names of the files of the project: those that git tracks, or all of an exported copy."""
-    if (ROOT / ".git").exists():
-        return sorted(name for name in output("git", "-C", str(ROOT), "ls-files", "-z").split("\0") if name and (ROOT / name).is_file())
-    skipped = re.compile(r"(build|out|obj-[^/]*|debian/(?!control|rules|source|tests|[^/]*\.(install|symbols)))(/|$)")
-    names = (str(path.relative_to(ROOT)) for path in ROOT.rglob("*") if path.is_file())
-    return sorted(name for name in names if not skipped.match(name))
+    return sorted(name for name in output("git", "-C", str(ROOT), "ls-files", "-z").split("\0") if name and (ROOT / name).is_file())
 
 
 def licence_of(name: str) -> str:
