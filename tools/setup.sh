@@ -1,7 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# tools/setup.sh [--build|--ci|--lanes]: installs the Debian packages that building and testing need; with --build only
-# those of the programs, with --ci those of .ci/run as well, with --lanes those of .ci/lane.
+# tools/setup.sh [--build|--ci|--lanes|--site|--package]: installs the Debian packages that building and testing need;
+# with --build only those of the programs, with --ci those of .ci/run as well, with --lanes those of .ci/lane, with
+# --site those of tools/site.sh, with --package those of tools/package.sh.
 # Only missing packages are installed, so if all are there, it needs neither network nor rights.
 set -euo pipefail
 
@@ -30,9 +31,12 @@ if [[ "${1:-}" != --build ]]; then
   packages+=(
     libgtest-dev
     python3-pytest mypy python3-yaml python3-pip # tests of the Python package
+    python3-jsonschema # schemas of JSON
     liburdfdom-dev libmujoco-dev # files of robots as other programs read them
   )
 fi
+if [[ "${1:-}" == --site || "${1:-}" == --package ]]; then packages+=(python3-sphinx furo python3-myst-parser doxygen); fi
+if [[ "${1:-}" == --package ]]; then packages+=(dpkg-dev debhelper dh-python fakeroot lintian debootstrap autopkgtest git); fi
 if [[ "${1:-}" == --lanes ]]; then packages+=(clang-tidy gcovr); fi
 if [[ "${1:-}" == --ci || "${1:-}" == --lanes ]]; then
   packages+=(clang clang-format dpkg-dev git chromium chromium-driver xvfb xdotool parallel slurmctld slurmd slurm-client munge python3-scipy)

@@ -52,15 +52,14 @@ endif()
 
 configure_package_config_file(tools/cmake/spheretree-config.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/spheretree-config.cmake
   INSTALL_DESTINATION ${package_folder})
-# Before 1.0 a minor version may change the interface.
-write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/spheretree-config-version.cmake COMPATIBILITY SameMinorVersion)
+set(compatibility SameMajorVersion)
+if(PROJECT_VERSION_MAJOR EQUAL 0)  # before 1.0 a minor version may change the interface
+  set(compatibility SameMinorVersion)
+endif()
+write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/spheretree-config-version.cmake COMPATIBILITY ${compatibility})
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/spheretree-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/spheretree-config-version.cmake
   DESTINATION ${package_folder})
-set(licences LICENSE LICENSE-APACHE-2.0 LICENSE-GPL-3.0)
-install(FILES ${licences} DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES LICENSE LICENSE-APACHE-2.0 LICENSE-GPL-3.0 DESTINATION ${CMAKE_INSTALL_DOCDIR})
 if(TARGET spheretree-tetrahedra)
   install(FILES LICENSE-AGPL-3.0 DESTINATION ${CMAKE_INSTALL_DOCDIR})
-endif()
-if(SPHERETREE_PYTHON)
-  install(FILES ${licences} DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/python3-spheretree COMPONENT python3_package EXCLUDE_FROM_ALL)
 endif()

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "assimp_mesh.h"
+#include "command_reference.h"
+#include "generator.h"
 #include "mistyped.h"
 #include "program_end.h"
 #include "run_files.h"
@@ -59,7 +61,8 @@ int runImport(const Options& options) {
 int run(int argc, char** argv) {
   CLI::App cli{
       "Turns a mesh file of another format (3DS, 3MF, AMF, DAE, FBX, X3D and more, by Assimp) into OBJ or PLY in mm, which spheretree "
-      "reads. For files that you trust."};
+      "reads. For files that you trust.",
+      kProgram};
   cli.footer("Example: spheretree-import jaw.fbx -o jaw.obj --trusted");
   Options options;
   cli.add_option("INPUT", options.input, "Mesh to read; its ending tells the format")->required()->type_name("FILE");
@@ -71,7 +74,9 @@ int run(int argc, char** argv) {
   cli.add_flag("--trusted", options.trusted,
                "You trust where INPUT comes from. Needed, because Assimp's readers are not made for hostile files; they run in this "
                "program alone, read no other file, and have at most 8 GiB of memory");
+  cli.set_version_flag("--version", kProgram + " " SPHERETREE_VERSION);
   try {
+    if (wroteReference(cli, {argv + 1, argv + argc}, kGenerator)) return kExitOk;
     cli.parse(argc, argv);
     return runImport(options);
   } catch (const CLI::Success& help) {

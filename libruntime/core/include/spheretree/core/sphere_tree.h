@@ -46,7 +46,7 @@ struct LevelStatistics {
 struct Provenance {
   std::string builder;     // "cover", "merge", ... at most 15 bytes
   std::string quality;     // "quick", "standard", "best"; at most 15 bytes
-  std::string generator;   // "spheretree 0.1.0"; at most 31 bytes
+  std::string generator;   // "spheretree 1.2.3"; at most 31 bytes
   double unit_mm = 1;      // length of one unit of the source file [mm]
   double diagonal_mm = 0;  // of the bounding box of the mesh
   double volume_mm3 = 0;   // enclosed by the mesh

@@ -102,7 +102,7 @@ typedef struct st_contact {
   }
 #define ST_MAX_CONTACTS 24
 
-/* "0.1.0" */
+/* Such as "1.2.3". */
 ST_API const char* st_version(void);
 
 /* Creates an empty scene with the default limits; returns NULL if memory runs out. The functions below return 0, or -1

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Manual pages and shell completion, made by the programs of themselves, and Debian packages: `cpack -G DEB` in the
-# build folder.
+# Manual pages and shell completion, made by the programs of themselves.
 function(spheretree_install_reference program)
   if(CMAKE_CROSSCOMPILING OR SPHERETREE_SANITIZE_THREADS)
     return()
@@ -23,28 +22,7 @@ endfunction()
 if(SPHERETREE_TOOLS)
   spheretree_install_reference(spheretree)
   spheretree_install_reference(haptic-player)
-endif()
-
-if(PROJECT_IS_TOP_LEVEL)
-  set(CPACK_GENERATOR DEB)
-  set(CPACK_PACKAGE_CONTACT "The spheretree developers <spheretree@localhost>")
-  set(CPACK_PACKAGE_DESCRIPTION_SUMMARY ${PROJECT_DESCRIPTION})
-  set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
-  set(CPACK_STRIP_FILES ON)
-  set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
-  set(CPACK_DEBIAN_PACKAGE_SECTION science)
-  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-  # spheretree; and, for the interpreter that it was built for, python3-spheretree, which needs nothing of the other.
-  set(CPACK_DEB_COMPONENT_INSTALL ON)
-  set(CPACK_COMPONENTS_ALL Unspecified)
-  set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_NAME spheretree)
-  set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_RECOMMENDS "fonts-dejavu-core, librsvg2-bin")
-  if(SPHERETREE_PYTHON_PACKAGE_NEEDS)
-    list(APPEND CPACK_COMPONENTS_ALL python3_package)
-    set(CPACK_DEBIAN_PYTHON3_PACKAGE_PACKAGE_NAME python3-spheretree)
-    set(CPACK_DEBIAN_PYTHON3_PACKAGE_PACKAGE_SECTION python)
-    set(CPACK_DEBIAN_PYTHON3_PACKAGE_PACKAGE_DEPENDS ${SPHERETREE_PYTHON_PACKAGE_NEEDS})
-    set(CPACK_COMPONENT_PYTHON3_PACKAGE_DESCRIPTION "Python package of spheretree: build, measure and touch sphere-trees")
+  if(TARGET spheretree-import)
+    spheretree_install_reference(spheretree-import)
   endif()
-  include(CPack)
 endif()

@@ -1,0 +1,55 @@
+#!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
+# tools/site.sh [BUILD [OUT]]: makes one site from the documents: every page, the reference of C, C++ and Python, all
+# commands with their options, tutorials, and a gallery with the interactive pages of the sample mouth.
+# BUILD, default build/release, has the programs; OUT, default build/site, receives the site: OUT/index.html. Needs no
+# network; tools/setup.sh --site installs what it needs.
+set -euo pipefail
+caller=$PWD
+cd "$(dirname "$0")/.."
+build=$(cd "$caller" && realpath "${1:-$OLDPWD/build/release}")
+out=$(cd "$caller" && realpath -m "${2:-$OLDPWD/build/site}")
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+SPHERETREE_VERSION=$(sed -n 's/^project(spheretree VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
+export SPHERETREE_VERSION PYTHONPATH=$build/python PYTHONDONTWRITEBYTECODE=1
+
+python3 tools/site/stage.py pages "$build" "$work/stage"
+tools/site/gallery.sh "$build" "$work/extra/gallery"
+(cat <<END
+INPUT = device/include formats/include libruntime/core/include libruntime/runtime/include libruntime/scene/include
+INPUT += libruntime/servo/include libruntime/tissue/include libspheretree/include
+FILE_PATTERNS = *.h
+RECURSIVE = YES
+FILTER_PATTERNS = "*.h=python3 tools/site/stage.py filter"
+OUTPUT_DIRECTORY = $work/extra
+HTML_OUTPUT = cpp
+HTML_EXTRA_STYLESHEET = tools/site/cpp.css
+HTML_TIMESTAMP = NO
+PROJECT_NAME = spheretree
+PROJECT_NUMBER = $SPHERETREE_VERSION
+PROJECT_BRIEF = "Interfaces in C and C++"
+DISABLE_INDEX = NO
+SORT_MEMBER_DOCS = NO
+SHOW_NAMESPACES = NO
+GENERATE_LATEX = NO
+HAVE_DOT = NO
+QUIET = YES
+WARNINGS = NO
+WARN_IF_DOC_ERROR = NO
+EXTRACT_ALL = YES
+STRIP_FROM_PATH = $PWD
+ENABLE_PREPROCESSING = YES
+MACRO_EXPANSION = YES
+EXPAND_ONLY_PREDEF = YES
+PREDEFINED = ST_API=
+AUTOLINK_SUPPORT = NO
+END
+) >"$work/Doxyfile"
+doxygen "$work/Doxyfile"
+rm -rf "$out"
+# What a page refers to must be there: every warning is an error.
+/usr/bin/python3 -m sphinx -q -W --keep-going -j auto -b html -c tools/site -d "$work/doctrees" "$work/stage" "$out"
+cp -r "$work"/extra/. "$out"
+rm -rf "$out/.buildinfo" "$out/objects.inv"
+echo "$out/index.html"
