@@ -173,6 +173,29 @@ def test_an_object_is_switched_off_and_on(ball, plate):
         renderer.set_active(1, False)
 
 
+def test_a_burr_cuts(ball, plate, tmp_path):
+    ball.save(tmp_path / "ball.stree")
+    plate.save(tmp_path / "plate.stree")
+    scene = {
+        "schema": "spheretree.scene/1",
+        "tool": {"name": "burr", "tree": str(tmp_path / "ball.stree"), "burr": [{"centre_mm": [0, 0, 0], "radius_mm": 2}]},
+        "objects": [{"name": "plate", "tree": str(tmp_path / "plate.stree"),
+                     "cut": {"layers": [{"name": "all", "mesh": "plate.obj"}], "removal_mm_per_n_s": {"all": 5}}}],
+    }
+    renderer = spheretree.Renderer(spheretree.Scene.load(scene))
+    pressed(renderer, 0.5, ball)
+    assert renderer.removed(0) == [0]
+    renderer.set_spindle(True)
+    pressed(renderer, 0.5, ball, 500)
+    assert renderer.removed(0)[0] > 0.1
+    renderer.mend()
+    assert renderer.removed(0) == [0]
+    with pytest.raises(IndexError, match="no object 1"):
+        renderer.removed(1)
+    with pytest.raises(ValueError, match="no burr"):
+        spheretree.Renderer(spheretree.Scene(ball, [plate])).set_spindle(True)
+
+
 def test_distances_have_bounds(ball, plate):
     renderer = spheretree.Renderer(spheretree.Scene(ball, [(plate, [0, 0, -5])]))
     found = renderer.distance(0, [0, 0, 9])

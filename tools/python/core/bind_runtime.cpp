@@ -148,6 +148,15 @@ class Renderer {
   void setActive(std::size_t object, bool is_active) {
     if (!runtime::setActive(object, is_active, workspace_)) throw py::index_error(noObject(object));
   }
+  void setSpindle(bool turns) {
+    if (!runtime::setSpindle(turns, workspace_)) throw py::value_error("the scene has no burr, or no object with `cut`.");
+  }
+  std::vector<double> removed(std::size_t object) const {
+    if (object >= scene_->objectCount()) throw py::index_error(noObject(object));
+    const runtime::CutState state = runtime::cutState(object, workspace_);
+    return {state.removed.begin(), state.removed.begin() + static_cast<std::ptrdiff_t>(scene_->cutLayers(object))};
+  }
+  void mend() { runtime::mend(workspace_); }
   py::array_t<double> objectPose(std::size_t object) const {
     if (object >= scene_->objectCount()) throw py::index_error(noObject(object));
     return arrayOf(runtime::objectPose(object, workspace_));
@@ -323,6 +332,15 @@ shapes as for step() [mm]. Raises ValueError.)")
            R"(Switches an object off or on: one that is off is not felt and costs no work.
 
 Switched on where the tool is, it pushes the tool out; nothing passes through it from the first free pose. Raises IndexError.)")
+      .def("set_spindle", &Renderer::setSpindle, py::arg("turns"),
+           R"(Switches the spindle of the burr on or off; it rests at the beginning. While it turns, the burr removes material.
+
+Raises ValueError if the scene has nothing to cut.)")
+      .def("removed", &Renderer::removed, py::arg("object"),
+           R"(The volume that was removed of each layer of an object, the outermost first [mm^3]. Empty if no burr cuts it.
+
+Raises IndexError.)")
+      .def("mend", &Renderer::mend, "Makes all material whole again; reset() does not.")
       .def("object_pose", &Renderer::objectPose, py::arg("object"),
            "Shape (7,): x y z qw qx qy qz, where the frame of an object's mesh is now in the world [mm]. Raises IndexError.")
       .def("distance", &Renderer::distance, py::arg("object"), py::arg("pose"), py::arg("limit") = std::numeric_limits<double>::infinity(),
