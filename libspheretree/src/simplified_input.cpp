@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "mesh/canonical_order.h"
@@ -34,13 +36,16 @@ bool hasSlivers(const TriangleMesh& posed) {
 }
 
 // Reduces the triangles and computes their field; false if that is impossible or not worthwhile.
-bool simplify(SimplifiedInput& search, const TriangleMesh& sheets, const BuildSettings& settings, Progress& progress) {
+bool simplify(SimplifiedInput& search, const TriangleMesh& mesh, std::span<const std::uint32_t> vertex, const TriangleMesh& sheets,
+              const BuildSettings& settings, Progress& progress) {
   std::size_t wanted = kTrianglesALeaf;
   for (int level = 1; level < settings.levels; ++level) wanted *= static_cast<std::size_t>(settings.branching);
   wanted = std::max(wanted, kMinTriangles);
   if (!settings.simplify || search.mesh.triangles.size() <= 2 * wanted) return false;
   progress.stage("simplify");
-  TriangleMesh simplified = simplifyMesh(search.mesh, wanted, progress);
+  search.simplifier = std::make_unique<MeshSimplifier>(search.mesh, progress);
+  TriangleMesh simplified = search.simplifier->reduce(wanted);
+  search.simplifier->moveTo(mesh, vertex, search.pose.scale);
   if (!checkMesh(simplified, kPlacesListed, progress).clean()) return false;
   progress.check();
   DistanceField field(simplified);
@@ -83,7 +88,8 @@ SimplifiedInput simplifyInput(const TriangleMesh& mesh, const TriangleMesh& shee
       slack.push_back((settings.tolerance_of_triangle_mm[t] - settings.tolerance_mm) / search.pose.scale);
   const auto posedToo = [&](const TriangleMesh& more) { return inCanonicalOrder(inPose(more, search.pose)).mesh; };
   const TriangleMesh posed_sheets = posedToo(sheets);
-  if (!slack.empty() || !simplify(search, posed_sheets, settings, progress)) search.field = DistanceField(search.mesh, slack, posed_sheets);
+  if (!slack.empty() || !simplify(search, mesh, ordered.vertex, posed_sheets, settings, progress))
+    search.field = DistanceField(search.mesh, slack, posed_sheets);
   if (settings.soft_share > 0) search.field = DistanceField(search.mesh, slack, joined(sheetForTissue(search, settings), posed_sheets));
   search.mesh = joined(std::move(search.mesh), posedToo(cover_too));
   return search;

@@ -66,10 +66,11 @@ class BoxTree::Builder {
 
   static int binOf(double at, double low, double width) { return std::min(kBins - 1, static_cast<int>((at - low) / width * kBins)); }
 
-  // Improves `best` with the cuts between the bins along one axis, by the surface-area heuristic.
-  void cutAlong(int axis, const Range& range, const Eigen::AlignedBox3d& centres, Cut& best) const {
+  // The best cut between the bins along one axis, by the surface-area heuristic.
+  Cut cutAlong(int axis, const Range& range, const Eigen::AlignedBox3d& centres) const {
+    Cut best;
     const double low = centres.min()[axis], width = centres.max()[axis] - low;
-    if (!(width > 0)) return;
+    if (!(width > 0)) return best;
     std::array<Eigen::AlignedBox3d, kBins> bin_box;
     std::array<std::size_t, kBins> bin_count{};
     for (std::size_t i = range.first; i < range.last; ++i) {
@@ -94,14 +95,23 @@ class BoxTree::Builder {
       const double cost = halfArea(left) * static_cast<double>(left_count) + right_cost[b + 1];
       if (cost < best.cost) best = {axis, static_cast<int>(b), cost};
     }
+    return best;
   }
 
   std::array<Range, 2> split(const Range& range, int depth) {
     Eigen::AlignedBox3d centres;
     for (std::size_t i = range.first; i < range.last; ++i) centres.extend(centre_[order_[i]]);
     Cut cut;
-    if (range.size() > kMaxHalvedByCount && depth < kSahDepth)
-      for (int axis = 0; axis < 3; ++axis) cutAlong(axis, range, centres, cut);
+    if (range.size() > kMaxHalvedByCount && depth < kSahDepth) {
+      std::array<Cut, 3> along;
+      const auto find = [&](std::size_t axis) { along[axis] = cutAlong(static_cast<int>(axis), range, centres); };
+      if (range.size() > kMinParallel)
+        tbb::parallel_for(std::size_t{0}, along.size(), find, tbb::simple_partitioner());
+      else
+        for (std::size_t axis = 0; axis < along.size(); ++axis) find(axis);
+      for (const Cut& c : along)
+        if (c.cost < cut.cost) cut = c;
+    }
     const auto begin = order_.begin() + static_cast<std::ptrdiff_t>(range.first);
     const auto end = order_.begin() + static_cast<std::ptrdiff_t>(range.last);
     std::size_t middle = range.first + range.size() / 2;

@@ -25,8 +25,8 @@ std::vector<std::uint32_t> firstOfEqualPositions(const std::vector<Vector3d>& po
   std::iota(by_position.begin(), by_position.end(), 0u);
   const auto key = [&](std::uint32_t v) { return std::array<double, 3>{positions[v].x(), positions[v].y(), positions[v].z()}; };
   // Equal positions in the order of their indices, so that the result is the same for any number of threads.
-  tbb::parallel_sort(by_position.begin(), by_position.end(),
-                     [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
+  const auto before = [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); };
+  if (!std::is_sorted(by_position.begin(), by_position.end(), before)) tbb::parallel_sort(by_position.begin(), by_position.end(), before);
   std::vector<std::uint32_t> first(positions.size());
   for (std::size_t i = 0; i < by_position.size(); ++i)
     first[by_position[i]] = i > 0 && key(by_position[i]) == key(by_position[i - 1]) ? first[by_position[i - 1]] : by_position[i];
@@ -131,37 +131,57 @@ void DistanceField::placeFaces(const TriangleMesh& mesh, std::span<const double>
 
 void DistanceField::findPseudonormals(const TriangleMesh& mesh) {
   const std::vector<std::uint32_t> weld = firstOfEqualPositions(mesh.positions);
-  std::vector<Vector3d> at_vertex(mesh.positions.size(), Vector3d::Zero());
-  struct HalfEdge {
-    std::uint32_t low, high, triangle;
-    std::uint8_t opposite;
-  };
-  std::vector<HalfEdge> edges;
-  edges.reserve(3 * solid_);
-  for (std::size_t t = 0; t < solid_; ++t) {
-    const Vector3d& normal_t = normal(static_cast<std::uint32_t>(t));
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t v = weld[mesh.triangles[t][static_cast<std::size_t>(k)]];
-      const std::uint32_t v1 = weld[mesh.triangles[t][static_cast<std::size_t>((k + 1) % 3)]];
-      const std::uint32_t v2 = weld[mesh.triangles[t][static_cast<std::size_t>((k + 2) % 3)]];
-      const Vector3d e1 = mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k), e2 = mesh.corner(t, (k + 2) % 3) - mesh.corner(t, k);
-      at_vertex[v] += std::atan2(e1.cross(e2).norm(), e1.dot(e2)) * normal_t;
-      edges.push_back({std::min(v1, v2), std::max(v1, v2), static_cast<std::uint32_t>(t), static_cast<std::uint8_t>(k)});
+  corner_.reserve(solid_);
+  first_around_.assign(weld.size() + 1, 0);
+  for (const auto& [a, b, c] : mesh.triangles) {
+    corner_.push_back({weld[a], weld[b], weld[c]});
+    for (const std::uint32_t v : corner_.back()) ++first_around_[v + 1];
+  }
+  std::partial_sum(first_around_.begin(), first_around_.end(), first_around_.begin());
+  around_.resize(3 * solid_);
+  std::vector<std::uint32_t> next(first_around_.begin(), first_around_.end() - 1);
+  for (std::uint32_t t = 0; t < solid_; ++t)
+    for (std::uint32_t k = 0; k < 3; ++k) around_[next[corner_[t][k]]++] = 3 * t + k;
+  at_vertex_.assign(weld.size(), Vector3d::Zero());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, weld.size()), [&](const auto& range) {
+    for (std::size_t v = range.begin(); v < range.end(); ++v) {
+      for (std::uint32_t i = first_around_[v]; i < first_around_[v + 1]; ++i) {
+        const Face& f = faces_[slot_[around_[i] / 3]];
+        const std::array<Vector3d, 3> p{f.a, f.b, f.c};
+        const std::size_t k = around_[i] % 3;
+        const Vector3d e1 = p[(k + 1) % 3] - p[k], e2 = p[(k + 2) % 3] - p[k];
+        at_vertex_[v] += std::atan2(e1.cross(e2).norm(), e1.dot(e2)) * f.normal;
+      }
+      at_vertex_[v].normalize();
+    }
+  });
+}
+
+template <class Visit>
+void DistanceField::visitSides(std::uint32_t a, std::uint32_t b, Visit&& visit) const {
+  if (first_around_[b + 1] - first_around_[b] < first_around_[a + 1] - first_around_[a]) std::swap(a, b);
+  std::uint32_t last = kNoTriangle;
+  for (std::uint32_t i = first_around_[a]; i < first_around_[a + 1]; ++i) {
+    const std::uint32_t t = around_[i] / 3;
+    if (t == last) continue;  // two of its corners are at this vertex
+    last = t;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t from = corner_[t][k], to = corner_[t][(k + 1) % 3];
+      if ((from == a && to == b) || (from == b && to == a)) visit(t, k);
     }
   }
-  tbb::parallel_sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
-    return std::array<std::uint32_t, 4>{a.low, a.high, a.triangle, a.opposite} <
-           std::array<std::uint32_t, 4>{b.low, b.high, b.triangle, b.opposite};
+}
+
+std::uint32_t DistanceField::across(std::uint32_t triangle, std::size_t k) const {
+  if (triangle >= solid_) return kNoTriangle;
+  const std::uint32_t from = corner_[triangle][k], to = corner_[triangle][(k + 1) % 3];
+  std::uint32_t other = kNoTriangle;
+  std::size_t sides = 0;
+  visitSides(from, to, [&](std::uint32_t t, std::size_t j) {
+    ++sides;
+    if (t != triangle && corner_[t][j] == to) other = t;
   });
-  pseudonormals_.resize(solid_);
-  for (std::size_t i = 0; i < edges.size();) {
-    std::size_t j = i;
-    Vector3d sum = Vector3d::Zero();
-    for (; j < edges.size() && edges[j].low == edges[i].low && edges[j].high == edges[i].high; ++j) sum += normal(edges[j].triangle);
-    for (; i < j; ++i) pseudonormals_[edges[i].triangle].at[edges[i].opposite] = sum.normalized();
-  }
-  for (std::size_t t = 0; t < solid_; ++t)
-    for (std::size_t k = 0; k < 3; ++k) pseudonormals_[t].at[3 + k] = at_vertex[weld[mesh.triangles[t][k]]].normalized();
+  return sides == 2 ? other : kNoTriangle;
 }
 
 template <bool with_slack, bool with_sheets>
@@ -193,8 +213,12 @@ NearestPoint DistanceField::nearest(const Vector3d& p, double limit) const {
 }
 
 Vector3d DistanceField::pseudonormal(const NearestPoint& nearest) const {
-  const bool is_sheet = nearest.triangle >= solid_;
-  return is_sheet || nearest.feature == 0 ? normal(nearest.triangle) : pseudonormals_[nearest.triangle].at[nearest.feature - 1u];
+  if (nearest.triangle >= solid_ || nearest.feature == 0) return normal(nearest.triangle);
+  const Triangle& v = corner_[nearest.triangle];
+  if (nearest.feature >= 4) return at_vertex_[v[nearest.feature - 4u]];
+  Vector3d sum = Vector3d::Zero();  // features 1 to 3 are sides opposite a corner
+  visitSides(v[nearest.feature % 3u], v[(nearest.feature + 1u) % 3u], [&](std::uint32_t t, std::size_t) { sum += normal(t); });
+  return sum.normalized();
 }
 
 bool DistanceField::isInside(const Vector3d& p, const NearestPoint& nearest) const {

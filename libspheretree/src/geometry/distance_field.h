@@ -71,6 +71,10 @@ class DistanceField {
   /// Angle-weighted pseudonormal (unit) at a nearest point, of its face, edge or corner; on a sheet, the normal of its
   /// triangle.
   Eigen::Vector3d pseudonormal(const NearestPoint& nearest) const;
+  /// The triangle of the solid that runs along the side from corner `k` to the next the other way round, if it is the
+  /// only other triangle there; else kNoTriangle.
+  std::uint32_t across(std::uint32_t triangle, std::size_t k) const;
+  static constexpr std::uint32_t kNoTriangle = std::numeric_limits<std::uint32_t>::max();
 
   const Eigen::AlignedBox3d& box() const { return box_; }
   double diagonal() const { return diagonal_; }
@@ -85,18 +89,21 @@ class DistanceField {
     double slack = 0;
   };
   void placeFaces(const TriangleMesh& mesh, std::span<const double> slack, const TriangleMesh& sheets);
-  void findPseudonormals(const TriangleMesh& mesh);
   template <bool with_slack, bool with_sheets>
   NearestPoint search(const Eigen::Vector3d& p, double limit) const;
-  struct Pseudonormals {
-    std::array<Eigen::Vector3d, 6> at;  // features 1..6
-  };
+  void findPseudonormals(const TriangleMesh& mesh);
+  /// Calls visit(triangle, k) for each side of the solid between corners `a` and `b`, by triangle, then by k.
+  template <class Visit>
+  void visitSides(std::uint32_t a, std::uint32_t b, Visit&& visit) const;
   bool has_slack_ = false;
   std::size_t solid_ = 0;  // triangles of the mesh; the sheets follow
   BoxTree tree_;
   std::vector<Face> faces_;
-  std::vector<std::uint32_t> slot_;           // triangle -> slot
-  std::vector<Pseudonormals> pseudonormals_;  // by triangle of the mesh
+  std::vector<std::uint32_t> slot_;          // triangle -> slot
+  std::vector<Triangle> corner_;             // by triangle of the mesh: its vertices, those at one position as one
+  std::vector<std::uint32_t> first_around_;  // (vertices + 1) where its part of around_ begins
+  std::vector<std::uint32_t> around_;        // corners at each vertex, ascending: 3 times the triangle plus the corner
+  std::vector<Eigen::Vector3d> at_vertex_;   // pseudonormals
   Eigen::AlignedBox3d box_;
   double diagonal_ = 0, area_ = 0, volume_ = 0;
 };

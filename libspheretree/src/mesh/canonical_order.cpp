@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/canonical_order.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
 #include <Eigen/Geometry>
@@ -8,6 +10,7 @@
 #include <array>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
 namespace spheretree::builder {
 
@@ -46,6 +49,7 @@ OrderedMesh inCanonicalOrder(const TriangleMesh& mesh) {
     return std::tie(p.x(), p.y(), p.z(), a) < std::tie(q.x(), q.y(), q.z(), b);
   });
   Eigen::AlignedBox3d box;
+  out.mesh.positions.reserve(by_place.size());
   for (std::uint32_t i = 0; i < by_place.size(); ++i) {
     place[by_place[i]] = i;
     out.mesh.positions.push_back(mesh.positions[by_place[i]]);
@@ -57,21 +61,26 @@ OrderedMesh inCanonicalOrder(const TriangleMesh& mesh) {
     Triangle vertices;
     std::uint32_t triangle;
   };
-  std::vector<Keyed> keyed;
-  keyed.reserve(mesh.triangles.size());
-  for (const Triangle& t : mesh.triangles) {
-    Triangle v{place[t[0]], place[t[1]], place[t[2]]};
-    std::rotate(v.begin(), std::min_element(v.begin(), v.end()), v.end());
-    const Vector3d middle = (out.mesh.positions[v[0]] + out.mesh.positions[v[1]] + out.mesh.positions[v[2]]) / 3;
-    keyed.push_back({placeOnCurve(middle, box), v, static_cast<std::uint32_t>(keyed.size())});
-  }
+  std::vector<Keyed> keyed(mesh.triangles.size());
+  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(keyed.size())), [&](const auto& range) {
+    for (std::uint32_t t = range.begin(); t < range.end(); ++t) {
+      const auto& [a, b, c] = mesh.triangles[t];
+      Triangle v{place[a], place[b], place[c]};
+      std::rotate(v.begin(), std::min_element(v.begin(), v.end()), v.end());
+      const Vector3d middle = (out.mesh.positions[v[0]] + out.mesh.positions[v[1]] + out.mesh.positions[v[2]]) / 3;
+      keyed[t] = {placeOnCurve(middle, box), v, t};
+    }
+  });
   tbb::parallel_sort(keyed.begin(), keyed.end(), [](const Keyed& a, const Keyed& b) {
     return std::tie(a.code, a.vertices, a.triangle) < std::tie(b.code, b.vertices, b.triangle);
   });
+  out.mesh.triangles.reserve(keyed.size());
+  out.triangle.reserve(keyed.size());
   for (const Keyed& k : keyed) {
     out.mesh.triangles.push_back(k.vertices);
     out.triangle.push_back(k.triangle);
   }
+  out.vertex = std::move(by_place);
   return out;
 }
 

@@ -13,6 +13,7 @@ namespace spheretree::builder {
 struct OrderedMesh {
   TriangleMesh mesh;                    // the same triangles, without parts
   std::vector<std::uint32_t> triangle;  // (triangles) index in the given mesh
+  std::vector<std::uint32_t> vertex;    // (vertices) index in the given mesh
 };
 
 /// Orders vertices by their coordinates. Triangles start at their first vertex and follow a Z-curve through their

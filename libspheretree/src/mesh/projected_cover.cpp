@@ -1,286 +1,166 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/projected_cover.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <numeric>
-#include <utility>
 
 #include "base/ball.h"
 
 namespace spheretree::builder {
 namespace {
 
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kMinSlope = 0.1;         // smallest cosine between the normals: steeper triangles cover too little
-constexpr double kWidening = 1e-11;       // as a share of the triangle's size: widening, so that rounding leaves no gaps between neighbours
-constexpr double kMaxSlack = 0.01;        // largest share of the allowed distance that the widening may add
-constexpr double kHeightRounding = 1e-9;  // margin for the rounding of the heights of cut corners
-constexpr std::size_t kMaxParts = 512;    // parts of a region at any time; then the rest counts as not covered
-constexpr std::size_t kFewShadows = 6;    // a region with at most this number of shadows is not divided
-constexpr double kMinGain = 0.75;         // largest share of the shadows that may reach into one half of a divided region
+// Far more than the rounding of a place in the plane of a triangle, as a share of the size of triangle and surface.
+constexpr double kMargin = 1e-13;
+constexpr double kMaxSlack = 0.01;  // largest share of the allowed distance that the margin may add
 
-using Polygon = std::vector<Vector2d>;  // convex
-
-/// The inside is normal . p <= offset.
-struct HalfPlane {
-  Vector2d normal;
-  double offset;
-  double beyond(const Vector2d& p) const { return normal.dot(p) - offset; }
-  template <class Points>
-  bool excludes(const Points& points) const {
-    return std::all_of(points.begin(), points.end(), [&](const Vector2d& p) { return beyond(p) >= 0; });
-  }
-};
-
-// The part on one side; the two parts together are the polygon.
-Polygon clipped(const Polygon& polygon, const HalfPlane& half, bool keep_inside) {
-  Polygon out;
-  out.reserve(polygon.size() + 1);
-  Vector2d p = polygon.back();
-  double a = half.beyond(p);
-  for (const Vector2d& q : polygon) {
-    const double b = half.beyond(q);
-    if ((a < 0 && b > 0) || (a > 0 && b < 0)) out.push_back(p + (a / (a - b)) * (q - p));
-    if (keep_inside ? b <= 0 : b >= 0) out.push_back(q);
-    p = q, a = b;
-  }
-  return out;
-}
-
-/// The plane of a triangle, with coordinates in it.
-struct Frame {
-  explicit Frame(const std::array<Vector3d, 3>& t) : origin(t[0]), x((t[1] - t[0]).normalized()) {
-    z = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
-    y = z.cross(x);
-  }
-  Vector2d flat(const Vector3d& p) const { return {x.dot(p - origin), y.dot(p - origin)}; }
-  double height(const Vector3d& p) const { return z.dot(p - origin); }
-  Vector3d back(const Vector2d& p) const { return origin + p.x() * x + p.y() * y; }
-  Vector3d origin, x, y, z;
-};
-
-/// The part of the frame's plane that a triangle covers within a distance, and its distance from there.
-struct Shadow {
-  std::uint32_t triangle;
-  std::array<Vector2d, 3> corner;  // counter-clockwise
-  std::array<HalfPlane, 5> half;
-  Vector2d slope;
-  double level = 0;  // height above p: slope . p + level
-  double slack = 0;  // increase of distances by the widening
-  Vector2d across;   // perpendicular to the longest side, y >= 0
-  double angle = 0;  // ascends with the angle of `across`
-  double heightOver(const Vector2d& p) const { return std::abs(slope.dot(p) + level); }
-  bool misses(const Polygon& region) const {
-    return std::any_of(half.begin(), half.end(), [&](const HalfPlane& side) { return side.excludes(region); });
-  }
-};
-
-bool makeShadow(const std::array<Vector3d, 3>& corners, const Frame& frame, double size, double allowed, Shadow& shadow) {
-  const Vector3d n = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
-  const double along = n.dot(frame.z);
-  if (!(std::abs(along) > kMinSlope)) return false;
-  std::array<Vector2d, 3>& p = shadow.corner;
-  shadow.slope = -Vector2d(n.dot(frame.x), n.dot(frame.y)) / along;
-  shadow.level = frame.height(corners[0]) - shadow.slope.dot(p[0]);
-  if (along < 0) std::swap(p[1], p[2]);
-  const double widening = kWidening * size;
-  double smallest = 1;  // sine of the smallest angle
-  double longest = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vector2d u = p[(k + 1) % 3] - p[k], v = p[(k + 2) % 3] - p[k];
-    const double length = u.norm();
-    if (!(length > 0 && v.norm() > 0)) return false;
-    smallest = std::min(smallest, (u.x() * v.y() - u.y() * v.x()) / (length * v.norm()));
-    const Vector2d out(u.y() / length, -u.x() / length);
-    shadow.half[k] = {out, out.dot(p[k]) + widening};
-    if (length > longest) longest = length, shadow.across = out.y() < 0 ? Vector2d(-out) : out, shadow.angle = -shadow.across.x();
-  }
-  // A widened corner of angle alpha is widening / sin(alpha / 2) beyond the original corner; in the triangle's own
-  // plane, that distance is divided by the cosine of the slope.
-  shadow.slack = 2 * widening / (smallest * kMinSlope);
-  if (!(smallest > 0 && shadow.slack < kMaxSlack * allowed)) return false;
-  const double height = (1 - kHeightRounding) * (allowed - shadow.slack);
-  shadow.half[3] = {shadow.slope, height - shadow.level};
-  shadow.half[4] = {-shadow.slope, height + shadow.level};
-  return true;
-}
-
-/// Subtracts shadows from a triangle. A region with many shadows is divided, and each half meets only the shadows that
-/// reach into it.
-class Subtraction {
+/// A triangle that lies in the plane z = 0 of its own frame, within margins of its sides.
+class Flattened {
  public:
-  Subtraction(const std::array<Vector3d, 3>& triangle, const DistanceField& field, double allowed, double reach, ProjectedCover& out)
-      : field_(field), frame_(triangle), out_(out) {
-    const Polygon whole{frame_.flat(triangle[0]), frame_.flat(triangle[1]), frame_.flat(triangle[2])};
-    std::array<HalfPlane, 3> side;
+  Flattened(const std::array<Vector3d, 3>& triangle, double margin) : origin_(triangle[0]), margin_(margin) {
+    x_ = (triangle[1] - triangle[0]).normalized();
+    z_ = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).normalized();
+    y_ = z_.cross(x_);
+    for (std::size_t k = 0; k < 3; ++k) corner_[k] = inFrame(triangle[k]).head<2>();
+    double perimeter = 0, smallest = 1;  // sine of the smallest angle
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vector2d u = whole[(k + 1) % 3] - whole[k], outward(u.y(), -u.x());
-      side[k] = {outward, outward.dot(whole[k])};
+      const Eigen::Vector2d u = corner_[(k + 1) % 3] - corner_[k], v = corner_[(k + 2) % 3] - corner_[k];
+      const double length = u.norm(), twice_area = u.x() * v.y() - u.y() * v.x();
+      perimeter += length;
+      smallest = std::min(smallest, twice_area / (length * v.norm()));
+      normal_[k] = Eigen::Vector2d(u.y(), -u.x()) / length;
+      inside_[k] = normal_[k].dot(corner_[k]) - 2 * margin;
+      area_ = twice_area / 2;
     }
-    std::vector<std::uint32_t> near;
-    field.visitNear((triangle[0] + triangle[1] + triangle[2]) / 3, reach + allowed, [&](std::uint32_t t) {
-      const std::array<Vector2d, 3> corner = flattened(field.corners(t));
-      if (std::none_of(side.begin(), side.end(), [&](const HalfPlane& half) { return half.excludes(corner); })) near.push_back(t);
-    });
-    std::sort(near.begin(), near.end());
-    for (const std::uint32_t t : near) {
-      Shadow shadow;
-      shadow.triangle = t;
-      shadow.corner = flattened(field.corners(t));
-      if (makeShadow(field.corners(t), frame_, reach, allowed, shadow)) shadows_.push_back(shadow);
+    // The sides move inward by twice the margin, and a corner of angle a by that divided by sin(a / 2).
+    slack_ = 4 * margin / smallest;
+    is_sound_ = smallest > 0 && 2 * margin * perimeter < area_ && std::isfinite(slack_);
+  }
+
+  bool isSound() const { return is_sound_; }
+  double area() const { return area_; }
+  /// No point of the triangle is farther from the part within the margins.
+  double slack() const { return slack_; }
+  Vector3d inFrame(const Vector3d& p) const { return {x_.dot(p - origin_), y_.dot(p - origin_), z_.dot(p - origin_)}; }
+  Vector3d ofPlane(const Vector3d& in_frame) const { return origin_ + in_frame.x() * x_ + in_frame.y() * y_; }
+  /// Distance beyond side k of the part within the margins.
+  double beyond(std::size_t k, const Vector3d& in_frame) const { return normal_[k].dot(in_frame.head<2>()) - inside_[k]; }
+  /// Whether a side from `a` to `b` (and their distances beyond) is certainly outside the part within the margins:
+  /// beyond one of its sides, or with all of it on one side.
+  bool isOutside(const Vector3d& a, const std::array<double, 3>& a_beyond, const Vector3d& b, const std::array<double, 3>& b_beyond) const {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (a_beyond[k] >= margin_ && b_beyond[k] >= margin_) return true;
+    const Eigen::Vector2d along = (b - a).head<2>();
+    const double least = margin_ * along.norm();
+    int left = 0, right = 0;
+    for (const Eigen::Vector2d& c : corner_) {
+      const double height = along.x() * (c.y() - a.y()) - along.y() * (c.x() - a.x());
+      left += height > least, right += height < -least;
     }
-    std::vector<std::uint32_t> all;
-    for (std::uint32_t s = 0; s < shadows_.size(); ++s)
-      if (!shadows_[s].misses(whole)) all.push_back(s);
-    run(whole, all);
+    return left == 3 || right == 3;
   }
 
  private:
-  struct Cut {
-    HalfPlane half;
-    std::size_t larger = 0;  // number of shadows that reach into the half with more of them
+  Vector3d origin_, x_, y_, z_;
+  std::array<Eigen::Vector2d, 3> corner_, normal_;
+  std::array<double, 3> inside_{};
+  double margin_, area_ = 0, slack_ = 0;
+  bool is_sound_ = false;
+};
+
+/// A convex polygon of at most six corners, each with its distances beyond the sides.
+class Polygon {
+ public:
+  struct Corner {
+    Vector3d p;
+    std::array<double, 3> beyond;
   };
-  struct Range {
-    double low = kInfinity, high = -kInfinity;
-    void add(double at) { low = std::min(low, at), high = std::max(high, at); }
-  };
+  explicit Polygon(const std::array<Corner, 3>& triangle) { std::copy(triangle.begin(), triangle.end(), corner_.begin()); }
 
-  std::array<Vector2d, 3> flattened(const std::array<Vector3d, 3>& corners) const {
-    return {frame_.flat(corners[0]), frame_.flat(corners[1]), frame_.flat(corners[2])};
-  }
-
-  template <class Points>
-  static Range rangeOf(const Points& points, const Vector2d& direction) {
-    Range range;
-    for (const Vector2d& p : points) range.add(direction.dot(p));
-    return range;
-  }
-
-  // NOLINTNEXTLINE(misc-no-recursion): the number of shadows falls by kMinGain with each level.
-  void run(const Polygon& region, const std::vector<std::uint32_t>& shadows) {
-    if (shadows.size() > kFewShadows) {
-      const Cut cut = bestCut(region, shadows);
-      if (static_cast<double>(cut.larger) <= kMinGain * static_cast<double>(shadows.size())) {
-        std::vector<std::uint32_t> reaching;
-        for (const bool inside : {true, false}) {
-          const Polygon part = clipped(region, cut.half, inside);
-          if (part.size() < 3) continue;
-          reaching.clear();
-          for (const std::uint32_t s : shadows)
-            if (reachesInto(shadows_[s], cut.half, inside) && !shadows_[s].misses(part)) reaching.push_back(s);
-          run(part, reaching);
-        }
-        return;
+  void clip(std::size_t side) {
+    const std::array<Corner, 7> before = corner_;
+    const std::size_t n = count_;
+    count_ = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const Corner &from = before[i], &to = before[i + 1 == n ? 0 : i + 1];
+      const double a = from.beyond[side], b = to.beyond[side];
+      if (a <= 0) corner_[count_++] = from;
+      if ((a < 0 && b > 0) || (a > 0 && b < 0)) {
+        const double t = a / (a - b);
+        Corner& cut = corner_[count_++];
+        cut.p = from.p + t * (to.p - from.p);
+        for (std::size_t k = 0; k < 3; ++k) cut.beyond[k] = from.beyond[k] + t * (to.beyond[k] - from.beyond[k]);
+        cut.beyond[side] = 0;
       }
     }
-    subtract(region, shadows);
   }
-
-  /// Shadows that only touch the cut count on their own side alone: of a fan around a point of the cut, each half keeps
-  /// half.
-  static bool reachesInto(const Shadow& shadow, const HalfPlane& half, bool inside) {
-    const Range range = rangeOf(shadow.corner, half.normal);
-    return inside ? range.low < half.offset : range.high > half.offset;
-  }
-
-  /// The cut at the median of the ends of the shadows, along the axes of the frame or across their longest sides, since
-  /// slivers lie side by side, or around a point.
-  Cut bestCut(const Polygon& region, const std::vector<std::uint32_t>& shadows) {
-    ordered_ = shadows;
-    const auto middle = ordered_.begin() + static_cast<std::ptrdiff_t>(ordered_.size() / 2);
-    std::nth_element(ordered_.begin(), middle, ordered_.end(),
-                     [&](std::uint32_t a, std::uint32_t b) { return std::pair(shadows_[a].angle, a) < std::pair(shadows_[b].angle, b); });
-    Cut best{{Vector2d::UnitX(), 0}, shadows.size()};
-    for (const Vector2d& direction : std::array<Vector2d, 3>{Vector2d::UnitX(), Vector2d::UnitY(), shadows_[*middle].across}) {
-      const Range within = rangeOf(region, direction);
-      ends_.clear();
-      for (const std::uint32_t s : shadows) {
-        const Range range = rangeOf(shadows_[s].corner, direction);
-        ends_.push_back(std::max(range.low, within.low));
-        ends_.push_back(std::min(range.high, within.high));
-      }
-      const auto median = ends_.begin() + static_cast<std::ptrdiff_t>(ends_.size() / 2);
-      std::nth_element(ends_.begin(), median, ends_.end());
-      const HalfPlane half{direction, *median};
-      std::array<std::size_t, 2> reaching{};
-      for (const std::uint32_t s : shadows)
-        for (const bool inside : {true, false}) reaching[inside] += reachesInto(shadows_[s], half, inside);
-      const std::size_t larger = std::max(reaching[0], reaching[1]);
-      if (larger < best.larger) best = {half, larger};
+  double area() const {
+    double twice = 0;
+    for (std::size_t i = 2; i < count_; ++i) {
+      const Vector3d u = corner_[i - 1].p - corner_[0].p, v = corner_[i].p - corner_[0].p;
+      twice += u.x() * v.y() - u.y() * v.x();
     }
-    return best;
+    return twice / 2;
   }
+  const Corner* begin() const { return corner_.data(); }
+  const Corner* end() const { return corner_.data() + count_; }
 
-  /// The nearest shadow first: where several cover a point, the distance is that of the first.
-  void subtract(const Polygon& region, const std::vector<std::uint32_t>& shadows) {
-    const Vector2d middle = std::accumulate(region.begin(), region.end(), Vector2d(Vector2d::Zero())) / static_cast<double>(region.size());
-    nearest_.clear();
-    for (const std::uint32_t s : shadows) nearest_.emplace_back(shadows_[s].heightOver(middle), s);
-    std::sort(nearest_.begin(), nearest_.end());
-    left_.assign(1, region);
-    for (const auto& [height, s] : nearest_) {
-      if (left_.empty() || left_.size() > kMaxParts) break;
-      const Shadow& shadow = shadows_[s];
-      next_.clear();
-      for (Polygon& whole : left_) {
-        if (shadow.misses(whole)) {
-          next_.push_back(std::move(whole));
-          continue;
-        }
-        Polygon rest = whole;
-        beside_.clear();
-        for (const HalfPlane& half : shadow.half) {
-          if (std::all_of(rest.begin(), rest.end(), [&](const Vector2d& p) { return half.beyond(p) <= 0; })) continue;
-          if (Polygon outside = clipped(rest, half, false); outside.size() >= 3) beside_.push_back(std::move(outside));
-          rest = clipped(rest, half, true);
-          if (rest.size() < 3) break;
-        }
-        if (rest.size() < 3) {
-          next_.push_back(std::move(whole));
-          continue;
-        }
-        for (const Vector2d& p : rest)
-          if (shadow.heightOver(p) + shadow.slack > out_.distance) out_.distance = std::max(out_.distance, distanceOf(p, shadow));
-        std::move(beside_.begin(), beside_.end(), std::back_inserter(next_));
-      }
-      left_.swap(next_);
-    }
-    for (const Polygon& p : left_)
-      for (std::size_t k = 1; k + 1 < p.size(); ++k)
-        out_.not_covered.push_back({frame_.back(p[0]), frame_.back(p[k]), frame_.back(p[k + 1])});
-  }
-
-  /// The distance from one triangle is convex, so over a polygon it is largest at a corner.
-  double distanceOf(const Vector2d& p, const Shadow& shadow) const {
-    const auto [a, b, c] = field_.corners(shadow.triangle);
-    return nearestOnTriangle(frame_.back(p), a, b, c).distance;
-  }
-
-  const DistanceField& field_;
-  Frame frame_;
-  ProjectedCover& out_;
-  std::vector<Shadow> shadows_;
-  std::vector<double> ends_;
-  std::vector<std::uint32_t> ordered_;
-  std::vector<std::pair<double, std::uint32_t>> nearest_;
-  std::vector<Polygon> left_, next_, beside_;
+ private:
+  std::array<Corner, 7> corner_;
+  std::size_t count_ = 3;
 };
 
 }  // namespace
 
-ProjectedCover coverByProjection(const std::array<Vector3d, 3>& triangle, const DistanceField& field, double allowed) {
-  ProjectedCover out;
-  const Vector3d middle = (triangle[0] + triangle[1] + triangle[2]) / 3;
-  double reach = 0;
-  for (const Vector3d& p : triangle) reach = std::max(reach, (p - middle).norm());
-  const Vector3d z = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).normalized();
-  if (!z.allFinite() || !(z.squaredNorm() > 0.5)) return {0, {triangle}};
-  Subtraction(triangle, field, allowed, reach, out);
-  return out;
+double ProjectedCover::distance(const std::array<Vector3d, 3>& triangle, std::uint32_t start, double floor, double allowed) {
+  farthest_.reset();
+  double size = field_.diagonal();
+  for (std::size_t k = 1; k < 3; ++k) size = std::max(size, (triangle[k] - triangle[0]).norm());
+  const Flattened whole(triangle, kMargin * size);
+  if (!whole.isSound() || whole.slack() > kMaxSlack * allowed) return kInfinity;
+  allowed -= whole.slack();
+  double farthest = 0, area = 0;
+  if (++search_ == 0) std::fill(met_.begin(), met_.end(), 0), search_ = 1;
+  to_do_.assign(1, start);
+  met_[start] = search_;
+  while (!to_do_.empty()) {
+    const std::uint32_t t = to_do_.back();
+    to_do_.pop_back();
+    const std::array<Vector3d, 3> face = field_.corners(t);
+    std::array<Polygon::Corner, 3> corner;
+    for (std::size_t j = 0; j < 3; ++j) {
+      corner[j].p = whole.inFrame(face[j]);
+      for (std::size_t k = 0; k < 3; ++k) corner[j].beyond[k] = whole.beyond(k, corner[j].p);
+    }
+    for (std::size_t j = 0; j < 3; ++j) {
+      const Polygon::Corner &a = corner[j], &b = corner[(j + 1) % 3];
+      if (whole.isOutside(a.p, a.beyond, b.p, b.beyond)) continue;
+      const std::uint32_t next = field_.across(t, j);
+      if (next == DistanceField::kNoTriangle) return kInfinity;
+      if (met_[next] == search_) continue;
+      met_[next] = search_;
+      to_do_.push_back(next);
+    }
+    Polygon over(corner);
+    for (std::size_t k = 0; k < 3; ++k)
+      if (corner[0].beyond[k] > 0 || corner[1].beyond[k] > 0 || corner[2].beyond[k] > 0) over.clip(k);
+    area += over.area();
+    for (const Polygon::Corner& c : over) {
+      if (std::abs(c.p.z()) <= std::max(farthest, floor)) {
+        farthest = std::max(farthest, std::abs(c.p.z()));
+        continue;
+      }
+      const Vector3d at = whole.ofPlane(c.p);
+      const double distance = nearestOnTriangle(at, face[0], face[1], face[2]).distance;
+      if (distance <= farthest) continue;
+      farthest = distance;
+      farthest_ = at;
+      if (farthest > allowed) return kInfinity;
+    }
+  }
+  return std::abs(area) > 0.5 * whole.area() ? farthest + whole.slack() : kInfinity;
 }
 
 }  // namespace spheretree::builder

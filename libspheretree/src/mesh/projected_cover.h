@@ -1,24 +1,42 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The part of a triangle that lies near a surface, by projection: a proof for a large triangle over many small ones
-// that needs no samples.
+// The distance of a triangle from the connected part of a surface that lies over it, by projection: a proof without
+// samples, for a large triangle over many small ones as for a small one over a few large ones.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "geometry/distance_field.h"
 
 namespace spheretree::builder {
 
-struct ProjectedCover {
-  double distance = 0;                                      // no covered point is farther than this from the surface [mm]
-  std::vector<std::array<Eigen::Vector3d, 3>> not_covered;  // the remaining part of the triangle, in pieces
-};
+/// For one thread: it remembers which triangles it has met.
+class ProjectedCover {
+ public:
+  explicit ProjectedCover(const DistanceField& field) : field_(field), met_(field.triangleCount()) {}
 
-/// Each triangle of `field` covers its projection along the normal of `triangle`, where it is at most `allowed` [mm]
-/// away. These projections are subtracted from `triangle`, which is first divided until few of them reach into a part.
-/// Cost: O(n log n) for n triangles nearby.
-ProjectedCover coverByProjection(const std::array<Eigen::Vector3d, 3>& triangle, const DistanceField& field, double allowed);
+  /// The triangles of the surface that are reached from `start` over sides whose projections along the normal of
+  /// `triangle` meet it. They have no border over `triangle`, so they cover each of its points equally often, if those
+  /// that face down count as -1: once, if the sum of their projected areas says so. No point is then farther from the
+  /// surface than the farthest corner of the polygons in which the projections overlap `triangle`, since the distance
+  /// to one triangle is convex.
+  /// Infinite if that is more than `allowed`, or if they do not cover `triangle`; distances of up to `floor` are not
+  /// told apart. Cost: linear in the triangles over `triangle`.
+  double distance(const std::array<Eigen::Vector3d, 3>& triangle, std::uint32_t start, double floor, double allowed);
+
+  /// The point of the triangle that the last search found farthest from what lies over it, also if that is farther than
+  /// allowed; none if no point is farther than `floor`.
+  const std::optional<Eigen::Vector3d>& farthest() const { return farthest_; }
+
+ private:
+  const DistanceField& field_;
+  std::vector<std::uint32_t> met_;  // (triangles) number of the last search that met it
+  std::uint32_t search_ = 0;
+  std::vector<std::uint32_t> to_do_;
+  std::optional<Eigen::Vector3d> farthest_;
+};
 
 }  // namespace spheretree::builder

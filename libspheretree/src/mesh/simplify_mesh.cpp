@@ -2,20 +2,21 @@
 #include "mesh/simplify_mesh.h"
 
 #include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
-#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <limits>
-#include <stdexcept>
+#include <numeric>
+#include <utility>
 #include <vector>
 
-#include "mesh/projected_cover.h"
-
 #include "base/ball.h"
+#include "mesh/half_edges.h"
+#include "mesh/projected_cover.h"
 
 namespace spheretree::builder {
 
@@ -34,39 +35,37 @@ constexpr std::size_t kGrain = 4096;
 constexpr double kTightShare = 0.25;  // share of the allowed distance: larger bounds of a whole triangle are improved by projection,
 constexpr double kLooseness = 1.25;   // ... unless they are below this multiple of a distance that was found
 
-using Connectivity = OpenMesh::TriMesh_ArrayKernelT<>;
-using Vertex = OpenMesh::VertexHandle;
-using Halfedge = OpenMesh::HalfedgeHandle;
-
-Vertex vertexOf(std::size_t i) { return Vertex(static_cast<int>(i)); }
-
-/// Sum over planes of area times squared distance: the symmetric matrix of the quadratic form (x, 1).
-using Quadric = Eigen::Matrix4d;
+/// Sum over planes of area times squared distance: a quadratic form of (x, y, z, 1), the upper half of its matrix, row
+/// by row.
+using Quadric = Eigen::Matrix<double, 10, 1>;
 
 Quadric planeOf(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
-  const Vector3d n = (b - a).cross(c - a);
-  const double length = n.norm();
+  const Vector3d cross = (b - a).cross(c - a);
+  const double length = cross.norm();
   if (!(length > 0)) return Quadric::Zero();
-  Eigen::Vector4d plane;
-  plane << n / length, -n.dot(a) / length;
-  return length * plane * plane.transpose();
+  const Vector3d n = cross / length;
+  const double d = -n.dot(a);
+  Quadric q;
+  q << n.x() * n.x(), n.x() * n.y(), n.x() * n.z(), n.x() * d, n.y() * n.y(), n.y() * n.z(), n.y() * d, n.z() * n.z(), n.z() * d, d * d;
+  return length * q;
 }
-
-double areaOf(const Quadric& q) { return q(0, 0) + q(1, 1) + q(2, 2); }
 
 /// Mean squared distance of p to the planes. The mean is used because the sum would leave strongly curved places
 /// coarse: here the largest distance matters, not the volume between the surfaces.
 double errorAt(const Quadric& q, const Vector3d& p) {
-  const Eigen::Vector4d x = p.homogeneous();
-  return std::max(0.0, x.dot(q * x)) / areaOf(q);
+  const double x = p.x(), y = p.y(), z = p.z();
+  const double sum =
+      x * (q[0] * x + 2 * (q[1] * y + q[2] * z + q[3])) + y * (q[4] * y + 2 * (q[5] * z + q[6])) + z * (q[7] * z + 2 * q[8]) + q[9];
+  return std::max(0.0, sum) / (q[0] + q[4] + q[7]);
 }
 
 }  // namespace
 
 class MeshSimplifier::Collapses {
  public:
-  Collapses(const TriangleMesh& mesh, Progress& progress) : mesh_(mesh), progress_(progress), left_(mesh.triangles.size()) {
-    connect();
+  Collapses(const TriangleMesh& mesh, Progress& progress)
+      : progress_(progress), edges_(mesh.triangles, mesh.positions.size()), vertex_(mesh.positions.size()), left_(mesh.triangles.size()) {
+    std::iota(vertex_.begin(), vertex_.end(), 0u);
     // In a frame of size 1 relative to the middle: far from the origin, the constant terms of the quadrics would exceed
     // their error.
     Eigen::AlignedBox3d box;
@@ -83,10 +82,8 @@ class MeshSimplifier::Collapses {
     needs_update_.assign(points_.size(), 1);
   }
 
-  TriangleMesh run(std::size_t wanted, double max_error) {
+  std::vector<Triangle> run(std::size_t wanted, double max_error) {
     max_cost_ = max_error / scale_ * (max_error / scale_);
-    for (std::size_t v = 0; v < best_.size(); ++v)
-      if (!(best_[v].cost < kInfinity)) needs_update_[v] = 1;  // it may have been beyond an earlier limit
     const double from = static_cast<double>(left_);
     while (left_ > wanted) {
       progress_.advance(std::log(from / static_cast<double>(left_)) /
@@ -95,67 +92,76 @@ class MeshSimplifier::Collapses {
       left_ -= removed;
       if (static_cast<double>(removed) < kMinProgress * static_cast<double>(left_)) break;
     }
-    return collect();
+    return dropRemoved();
+  }
+
+  std::size_t triangles() const { return left_; }
+  const std::vector<std::uint32_t>& vertex() const { return vertex_; }
+
+  void rename(std::span<const std::uint32_t> vertex, double scale) {
+    for (std::uint32_t& v : vertex_) v = vertex[v];
+    scale_ *= scale;
   }
 
  private:
   struct Collapse {
-    Halfedge halfedge;  // its start vertex moves to its end vertex
+    std::uint32_t half_edge = 0;  // its start vertex moves to its end vertex
     double cost = kInfinity;
   };
 
-  void connect() {
-    connectivity_.reserve(mesh_.positions.size(), mesh_.triangles.size() * 3 / 2, mesh_.triangles.size());
-    for (std::size_t i = 0; i < mesh_.positions.size(); ++i) connectivity_.new_vertex();
-    omerr().disable();  // the caller reports a refusal
-    for (const Triangle& t : mesh_.triangles)
-      if (!connectivity_.add_face(vertexOf(t[0]), vertexOf(t[1]), vertexOf(t[2])).is_valid())
-        throw std::invalid_argument("simplify: the mesh is not manifold");
-    connectivity_.request_vertex_status();
-    connectivity_.request_edge_status();
-    connectivity_.request_halfedge_status();
-    connectivity_.request_face_status();
-  }
+  /// The neighbours of a vertex that is not on a border, in their order around it, and what does not depend on where it
+  /// moves.
+  struct Star {
+    std::size_t count = 0;
+    std::array<std::uint32_t, kMaxNeighbours> half_edge, neighbour;
+    std::array<Vector3d, kMaxNeighbours> normal;  // twice the area, of the triangle of a neighbour and the next
+  };
 
-  const Vector3d& at(Vertex v) const { return points_[static_cast<std::size_t>(v.idx())]; }
-
-  /// True if no triangle at the start of `h` turns over or becomes a sliver.
-  bool keepsShape(Halfedge h) const {
-    const Vertex from = connectivity_.from_vertex_handle(h), to = connectivity_.to_vertex_handle(h);
-    const Vector3d &p = at(from), &q = at(to);
-    for (const auto side : connectivity_.voh_range(from)) {
-      if (connectivity_.is_boundary(side)) continue;
-      const Vertex b = connectivity_.to_vertex_handle(side), c = connectivity_.to_vertex_handle(connectivity_.next_halfedge_handle(side));
-      if (b == to || c == to) continue;
-      const Vector3d bc = at(c) - at(b);
-      const Vector3d before = (at(b) - p).cross(at(c) - p), after = (at(b) - q).cross(at(c) - q);
-      const double n2 = before.squaredNorm(), m2 = after.squaredNorm(), dot = before.dot(after);
+  /// True if no triangle of the star of `p` turns over or becomes a sliver when `p` moves to a neighbour.
+  bool keepsShape(const Star& star, const Vector3d& p, std::uint32_t to) const {
+    const Vector3d& q = points_[to];
+    for (std::size_t i = 0; i < star.count; ++i) {
+      const std::uint32_t vb = star.neighbour[i], vc = star.neighbour[i + 1 == star.count ? 0 : i + 1];
+      if (vb == to || vc == to) continue;
+      const Vector3d b = points_[vb], c = points_[vc], after = (b - q).cross(c - q);
+      const double n2 = star.normal[i].squaredNorm(), m2 = after.squaredNorm(), dot = star.normal[i].dot(after);
       if (!(dot > 0) || dot * dot < kMaxTurn * kMaxTurn * n2 * m2) return false;
-      const double longest2 = std::max({bc.squaredNorm(), (at(b) - q).squaredNorm(), (at(c) - q).squaredNorm()});
-      const double longest2_before = std::max({bc.squaredNorm(), (at(b) - p).squaredNorm(), (at(c) - p).squaredNorm()});
-      if (m2 < kMinShape * kMinShape * longest2 * longest2 &&
-          m2 * longest2_before * longest2_before < kKeptShape * kKeptShape * n2 * longest2 * longest2)
-        return false;
+      const double side2 = (c - b).squaredNorm();
+      const double longest2 = std::max({side2, (b - q).squaredNorm(), (c - q).squaredNorm()});
+      if (m2 >= kMinShape * kMinShape * longest2 * longest2) continue;
+      const double longest2_before = std::max({side2, (b - p).squaredNorm(), (c - p).squaredNorm()});
+      if (m2 * longest2_before * longest2_before < kKeptShape * kKeptShape * n2 * longest2 * longest2) return false;
     }
     return true;
   }
 
-  Collapse cheapest(Vertex v) const {
-    if (connectivity_.status(v).deleted() || connectivity_.is_isolated(v) || connectivity_.is_boundary(v)) return Collapse();
-    std::array<Collapse, kMaxNeighbours> possible;
-    std::size_t count = 0, neighbours = 0;
-    for (const auto h : connectivity_.voh_range(v)) {
-      if (++neighbours > kMaxNeighbours) return Collapse();
-      const auto to = static_cast<std::size_t>(connectivity_.to_vertex_handle(h).idx());
-      const double cost = errorAt(quadrics_[static_cast<std::size_t>(v.idx())] + quadrics_[to], points_[to]);
-      if (cost <= max_cost_) possible[count++] = {h, cost};
+  Collapse cheapest(std::uint32_t v) const {
+    if (edges_.isIsolated(v) || edges_.isBorder(v)) return Collapse();
+    Star star;
+    bool is_hub = false;
+    edges_.visitFrom(v, [&](std::uint32_t h) {
+      if (is_hub || (is_hub = star.count == kMaxNeighbours)) return;
+      star.half_edge[star.count] = h;
+      star.neighbour[star.count++] = edges_.to(h);
+    });
+    if (is_hub) return Collapse();
+    const Vector3d p = points_[v];
+    for (std::size_t i = 0; i < star.count; ++i)
+      star.normal[i] = (points_[star.neighbour[i]] - p).cross(points_[star.neighbour[i + 1 == star.count ? 0 : i + 1]] - p);
+    std::array<std::pair<double, std::uint32_t>, kMaxNeighbours> possible;  // costs, neighbours
+    std::size_t count = 0;
+    for (std::uint32_t i = 0; i < star.count; ++i) {
+      const std::uint32_t to = star.neighbour[i];
+      const double cost = errorAt(quadrics_[v] + quadrics_[to], points_[to]);
+      if (cost <= max_cost_) possible[count++] = {cost, i};
     }
     // The shape costs more to test than the error: that of the cheapest first.
+    const auto before = [&](const auto& a, const auto& b) {
+      return std::pair(a.first, star.neighbour[a.second]) < std::pair(b.first, star.neighbour[b.second]);
+    };
     for (auto first = possible.begin(), last = first + count; first != last; ++first) {
-      std::iter_swap(first, std::min_element(first, last, [](const Collapse& a, const Collapse& b) {
-                       return a.cost < b.cost || (a.cost == b.cost && a.halfedge.idx() < b.halfedge.idx());
-                     }));
-      if (keepsShape(first->halfedge)) return *first;
+      std::iter_swap(first, std::min_element(first, last, before));
+      if (keepsShape(star, p, star.neighbour[first->second])) return {star.half_edge[first->second], first->first};
     }
     return Collapse();
   }
@@ -164,66 +170,67 @@ class MeshSimplifier::Collapses {
   /// `limit`.
   std::size_t round(std::size_t limit) {
     progress_.check();
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points_.size(), kGrain), [&](const auto& range) {
-      for (std::size_t v = range.begin(); v < range.end(); ++v)
-        if (needs_update_[v]) best_[v] = cheapest(vertexOf(v)), needs_update_[v] = 0;
+    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(points_.size()), kGrain), [&](const auto& range) {
+      for (std::uint32_t v = range.begin(); v < range.end(); ++v)
+        if (needs_update_[v]) best_[v] = cheapest(v), needs_update_[v] = 0;
     });
-    std::vector<std::uint32_t> order;
+    std::vector<std::pair<double, std::uint32_t>> order;
     for (std::uint32_t v = 0; v < best_.size(); ++v)
-      if (best_[v].cost < kInfinity) order.push_back(v);
-    const auto before = [&](std::uint32_t a, std::uint32_t b) {
-      return best_[a].cost < best_[b].cost || (best_[a].cost == best_[b].cost && a < b);
-    };
+      if (best_[v].cost < kInfinity) order.emplace_back(best_[v].cost, v);
     const auto tried = static_cast<std::ptrdiff_t>(std::ceil(kRoundShare * static_cast<double>(order.size())));
-    std::nth_element(order.begin(), order.begin() + std::max<std::ptrdiff_t>(tried - 1, 0), order.end(), before);
+    std::nth_element(order.begin(), order.begin() + std::max<std::ptrdiff_t>(tried - 1, 0), order.end());
     order.resize(static_cast<std::size_t>(tried));
-    std::sort(order.begin(), order.end(), before);
+    tbb::parallel_sort(order.begin(), order.end());
     std::size_t removed = 0;
-    for (const std::uint32_t v : order) {
+    for (const auto& [cost, v] : order) {
       if (removed >= limit) break;
-      const Halfedge h = best_[v].halfedge;
+      const std::uint32_t h = best_[v].half_edge;
       if (needs_update_[v]) continue;
-      if (!connectivity_.is_collapse_ok(h)) {
+      if (!edges_.canCollapse(h)) {
         best_[v].cost = kInfinity;  // until its surroundings change
         continue;
       }
-      const Vertex to = connectivity_.to_vertex_handle(h);
-      connectivity_.collapse(h);
+      const std::uint32_t to = edges_.to(h);
+      edges_.collapse(h);
       removed += 2;
-      quadrics_[static_cast<std::size_t>(to.idx())] += quadrics_[v];
-      needs_update_[v] = needs_update_[static_cast<std::size_t>(to.idx())] = 1;
-      for (const auto near : connectivity_.vv_range(to)) needs_update_[static_cast<std::size_t>(near.idx())] = 1;
+      quadrics_[to] += quadrics_[v];
+      needs_update_[v] = needs_update_[to] = 1;
+      edges_.visitFrom(to, [&](std::uint32_t near) { needs_update_[edges_.to(near)] = 1; });
     }
     return removed;
   }
 
-  TriangleMesh collect() {
-    TriangleMesh result;
-    std::vector<std::uint32_t> index(points_.size());
-    for (std::size_t v = 0; v < points_.size(); ++v) {
-      if (connectivity_.status(vertexOf(v)).deleted() || connectivity_.is_isolated(vertexOf(v))) continue;
-      index[v] = static_cast<std::uint32_t>(result.positions.size());
-      result.positions.push_back(mesh_.positions[v]);
+  // Forgets the triangles and vertices that were removed, and returns the triangles that are left.
+  std::vector<Triangle> dropRemoved() {
+    std::vector<std::uint32_t> place(points_.size());
+    std::uint32_t count = 0;
+    for (std::uint32_t v = 0; v < points_.size(); ++v) {
+      if (edges_.isIsolated(v)) continue;
+      place[v] = count;
+      vertex_[count] = vertex_[v], points_[count] = points_[v], quadrics_[count] = quadrics_[v];
+      ++count;
     }
-    for (const auto face : connectivity_.faces()) {
-      Triangle t;
-      std::size_t k = 0;
-      for (const auto v : connectivity_.fv_range(face)) t[k++] = index[static_cast<std::size_t>(v.idx())];
-      result.triangles.push_back(t);
-    }
-    return result;
+    std::vector<Triangle> triangles = edges_.triangles();
+    for (Triangle& t : triangles)
+      for (std::uint32_t& v : t) v = place[v];
+    edges_ = HalfEdges(triangles, count);
+    vertex_.resize(count), points_.resize(count), quadrics_.resize(count);
+    vertex_.shrink_to_fit(), points_.shrink_to_fit(), quadrics_.shrink_to_fit();
+    best_ = std::vector<Collapse>(count);
+    needs_update_ = std::vector<char>(count, 1);
+    return triangles;
   }
 
-  const TriangleMesh& mesh_;
   Progress& progress_;
-  std::size_t left_;             // triangles
-  double scale_ = 1;             // size of the mesh [mm]
-  double max_cost_ = kInfinity;  // largest cost of a collapse
-  Connectivity connectivity_;
+  HalfEdges edges_;
+  std::vector<std::uint32_t> vertex_;  // (vertices) index in the mesh
   std::vector<Vector3d> points_;
   std::vector<Quadric> quadrics_;
   std::vector<Collapse> best_;
   std::vector<char> needs_update_;  // (vertices) whether best_ is outdated
+  std::size_t left_;                // triangles
+  double scale_ = 1;                // size of the mesh [mm]
+  double max_cost_ = kInfinity;     // largest cost of a collapse
 };
 
 // --- the bound ---
@@ -236,32 +243,32 @@ struct Corner {
   std::uint32_t nearest;  // triangle of the field
 };
 
+Corner cornerAt(const DistanceField& field, const Vector3d& p) {
+  const NearestPoint nearest = field.nearest(p);
+  return {p, nearest.distance, nearest.triangle};
+}
+
+/// For one thread.
 class PieceBound {
  public:
-  /// A bound of a whole triangle that is at most `tight` is not improved, and no bound that is at most `floor`: that is
-  /// the distance of some point.
+  /// A bound of at most `tight` is not improved. No point with a distance of up to `floor` matters: some point has it.
   PieceBound(const DistanceField& field, double allowed, double sufficient_bound, double tight, double floor)
-      : field_(field), allowed_(allowed), sufficient_bound_(sufficient_bound), tight_(tight), floor_(floor) {}
+      : field_(field), cover_(field), allowed_(allowed), sufficient_bound_(sufficient_bound), tight_(tight), floor_(floor) {}
 
   /// Upper bound of the distance over a triangle: at most the allowed distance if a few pieces can show it. Infinite if
   /// a point is farther than `sufficient_bound`.
   double run(const std::array<Corner, 3>& triangle) {
-    double bound = boundOf(triangle);
-    if (bound <= tight_) return bound;
-    bound = 0;
+    double bound = 0;
+    std::size_t pieces = 1;
+    found_ = 0;
+    for (const Corner& c : triangle) found_ = std::max(found_, c.distance);
     stack_.assign(1, triangle);
-    if (sufficient_bound_ < kInfinity) {
-      const ProjectedCover cover = coverByProjection({triangle[0].p, triangle[1].p, triangle[2].p}, field_, allowed_);
-      bound = cover.distance;
-      stack_.clear();
-      for (const auto& [a, b, c] : cover.not_covered) stack_.push_back({corner(a), corner(b), corner(c)});
-    }
-    std::size_t pieces = stack_.size();
     while (!stack_.empty()) {
       const std::array<Corner, 3> piece = stack_.back();
       stack_.pop_back();
       const double here = boundOf(piece);
-      if (here <= allowed_ || pieces >= kMaxPieces) {
+      if (here == kInfinity) return here;
+      if (isTight(here) || pieces >= kMaxPieces) {
         bound = std::max(bound, here);
         continue;
       }
@@ -269,8 +276,9 @@ class PieceBound {
       std::size_t k = 0;  // opposite the longest side
       for (std::size_t j = 1; j < 3; ++j)
         if (side2(piece, j) > side2(piece, k)) k = j;
-      const Corner halfway = corner(0.5 * (piece[(k + 1) % 3].p + piece[(k + 2) % 3].p));
+      const Corner halfway = cornerAt(field_, 0.5 * (piece[(k + 1) % 3].p + piece[(k + 2) % 3].p));
       if (halfway.distance > sufficient_bound_) return kInfinity;
+      found_ = std::max(found_, halfway.distance);
       for (const std::size_t replaced : {1, 2}) {
         stack_.push_back(piece);
         stack_.back()[(k + replaced) % 3] = halfway;
@@ -279,48 +287,59 @@ class PieceBound {
     return bound;
   }
 
-  Corner corner(const Vector3d& p) const {
-    const NearestPoint nearest = field_.nearest(p);
-    return {p, nearest.distance, nearest.triangle};
-  }
-
  private:
   static constexpr std::size_t kMaxPieces = 1024;
+  bool isTight(double bound) const { return bound <= std::max(tight_, std::min(allowed_, kLooseness * found_)); }
   static double side2(const std::array<Corner, 3>& piece, std::size_t opposite) {
     return (piece[(opposite + 1) % 3].p - piece[(opposite + 2) % 3].p).squaredNorm();
   }
-  /// Ends early with a bound of at most `floor_`, since no better one is of use.
-  double boundOf(const std::array<Corner, 3>& piece) const {
+
+  /// Infinite if a point is farther than `sufficient_bound`.
+  double boundOf(const std::array<Corner, 3>& piece) {
     const std::array<std::uint32_t, 3> face{piece[0].nearest, piece[1].nearest, piece[2].nearest};
+    // The distance to one triangle is convex, and the distance to all is 1-Lipschitz.
     if (face[0] == face[1] && face[1] == face[2]) return std::max({piece[0].distance, piece[1].distance, piece[2].distance});
-    std::array<std::array<Vector3d, 3>, 3> corners;      // of each face
-    std::array<std::array<NearestPoint, 3>, 3> nearest;  // on each face, of each corner of the piece
     double smallest = kInfinity;
+    for (std::size_t k = 0; k < 3; ++k)
+      smallest = std::min(smallest, piece[k].distance + std::sqrt(std::max(side2(piece, (k + 1) % 3), side2(piece, (k + 2) % 3))));
+    const auto suffices = [&](double bound) { return isTight(smallest = std::min(smallest, bound)); };
+    if (isTight(smallest)) return smallest;
+    // The triangles that are nearest to the corners may lie beside the piece.
+    const std::array<Vector3d, 3> corners{piece[0].p, piece[1].p, piece[2].p};
+    std::array<std::uint32_t, 4> start{face[0], face[1], face[2]};
+    for (std::size_t i = 0; i < start.size(); ++i) {
+      if (i == 3) start[i] = field_.nearest((corners[0] + corners[1] + corners[2]) / 3).triangle;
+      if (std::find(start.begin(), start.begin() + i, start[i]) != start.begin() + i) continue;
+      const double covered = cover_.distance(corners, start[i], floor_, allowed_);
+      if (suffices(covered)) return smallest;
+      if (!cover_.farthest()) continue;
+      found_ = std::max(found_, field_.distance(*cover_.farthest()));
+      if (found_ > sufficient_bound_) return kInfinity;
+      if (suffices(covered)) return smallest;
+    }
+    std::array<std::array<Vector3d, 3>, 3> on;           // corners of each face
+    std::array<std::array<NearestPoint, 3>, 3> nearest;  // on each face, of each corner of the piece
     for (std::size_t k = 0; k < 3; ++k) {
-      // The distance is 1-Lipschitz, and that to one triangle is convex.
-      const std::size_t next = (k + 1) % 3, last = (k + 2) % 3;
-      smallest = std::min(smallest, piece[k].distance + std::max((piece[next].p - piece[k].p).norm(), (piece[last].p - piece[k].p).norm()));
-      corners[k] = field_.corners(face[k]);
+      on[k] = field_.corners(face[k]);
       double to_one = 0;
       for (std::size_t j = 0; j < 3; ++j) {
-        nearest[k][j] = nearestOnTriangle(piece[j].p, corners[k][0], corners[k][1], corners[k][2]);
+        nearest[k][j] = nearestOnTriangle(corners[j], on[k][0], on[k][1], on[k][2]);
         to_one = std::max(to_one, nearest[k][j].distance);
       }
-      smallest = std::min(smallest, to_one);
-      if (smallest <= floor_) return smallest;
+      if (suffices(to_one)) return smallest;
     }
-    for (std::size_t k = 0; k < 3 && smallest > floor_; ++k) {
+    for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t next = (k + 1) % 3;
-      if (face[k] != face[next]) smallest = std::min(smallest, boundByTwo(corners[k], corners[next], nearest[k], nearest[next]));
+      if (face[k] != face[next] && suffices(boundByTwo(on[k], on[next], nearest[k], nearest[next]))) return smallest;
     }
     return smallest;
   }
 
-  /// The distance to one triangle is convex, and therefore largest at a corner. If the corners are nearest to two
-  /// triangles: the nearest points of the corners span a triangle whose distance from the piece is at most that of the
-  /// corners. One of its corners, a, lies on one face, and b and c on the other. A path on the two faces leads from a
-  /// to b, and one from a to c, through any point that the faces share. The distance of the triangle a, b, c from the
-  /// faces is at most the distance of its sides ab and ac from a point where those paths bend.
+  /// If the corners are nearest to two triangles, which may be steep over the piece: the nearest points of the
+  /// corners span a triangle whose distance from the piece is at most that of the corners. One of its corners, a,
+  /// lies on one face, and b and c on the other. A path on the two faces leads from a to b, and one from a to c,
+  /// through any point that the faces share. The distance of the triangle a, b, c from the faces is at most the
+  /// distance of its sides ab and ac from a point where those paths bend.
   static double boundByTwo(const std::array<Vector3d, 3>& one, const std::array<Vector3d, 3>& two,
                            const std::array<NearestPoint, 3>& on_first, const std::array<NearestPoint, 3>& on_second) {
     std::array<Vector3d, 3> foot;
@@ -357,26 +376,40 @@ class PieceBound {
   }
 
   const DistanceField& field_;
+  ProjectedCover cover_;
   double allowed_, sufficient_bound_, tight_, floor_;
+  double found_ = 0;  // largest distance of a point of the triangle that was met
   std::vector<std::array<Corner, 3>> stack_;
 };
 
 }  // namespace
 
-MeshSimplifier::MeshSimplifier(const TriangleMesh& mesh, Progress& progress) : collapses_(std::make_unique<Collapses>(mesh, progress)) {}
+MeshSimplifier::MeshSimplifier(const TriangleMesh& mesh, Progress& progress)
+    : mesh_(&mesh), collapses_(std::make_unique<Collapses>(mesh, progress)) {}
 MeshSimplifier::~MeshSimplifier() = default;
-TriangleMesh MeshSimplifier::reduce(std::size_t triangles, double max_error) { return collapses_->run(triangles, max_error); }
+std::size_t MeshSimplifier::triangles() const { return collapses_->triangles(); }
+
+TriangleMesh MeshSimplifier::reduce(std::size_t triangles, double max_error) {
+  TriangleMesh result;
+  result.triangles = collapses_->run(triangles, max_error);
+  for (const std::uint32_t v : collapses_->vertex()) result.positions.push_back(mesh_->positions[v]);
+  return result;
+}
+
+void MeshSimplifier::moveTo(const TriangleMesh& mesh, std::span<const std::uint32_t> vertex, double scale) {
+  mesh_ = &mesh;
+  collapses_->rename(vertex, scale);
+}
 
 TriangleMesh simplifyMesh(const TriangleMesh& mesh, std::size_t triangles, Progress& progress, double max_error) {
   return MeshSimplifier(mesh, progress).reduce(triangles, max_error);
 }
 
 double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progress& progress, double sufficient_bound) {
-  const PieceBound any(field, 0, sufficient_bound, 0, 0);
   std::vector<Corner> corners(mesh.positions.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners.size(), kGrain), [&](const auto& range) {
     progress.check();
-    for (std::size_t v = range.begin(); v < range.end(); ++v) corners[v] = any.corner(mesh.positions[v]);
+    for (std::size_t v = range.begin(); v < range.end(); ++v) corners[v] = cornerAt(field, mesh.positions[v]);
   });
   double largest = 0;
   for (const Corner& c : corners) largest = std::max(largest, c.distance);
@@ -388,11 +421,12 @@ double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progr
   const double allowed = sufficient < kInfinity ? sufficient : loose;
   const double tight = sufficient < kInfinity ? std::min(allowed, std::max(kTightShare * allowed, loose)) : allowed;
   std::atomic<bool> is_beyond = false;
+  tbb::enumerable_thread_specific<PieceBound> piece_bounds([&] { return PieceBound(field, allowed, sufficient, tight, largest); });
   std::vector<double> bounds((mesh.triangles.size() + kGrain - 1) / kGrain);
   tbb::parallel_for(std::size_t{0}, bounds.size(), [&](std::size_t chunk) {
     progress.check();
-    PieceBound piece_bound(field, allowed, sufficient, tight, largest);
     if (is_beyond) return;
+    PieceBound& piece_bound = piece_bounds.local();
     for (std::size_t t = chunk * kGrain; t < std::min(mesh.triangles.size(), (chunk + 1) * kGrain); ++t) {
       const Triangle& triangle = mesh.triangles[t];
       bounds[chunk] = std::max(bounds[chunk], piece_bound.run({corners[triangle[0]], corners[triangle[1]], corners[triangle[2]]}));

@@ -2,14 +2,15 @@
 // Reduces the triangles for the search, if the mesh is far finer than the spheres can follow. The statements about a
 // tree are still proven against every triangle of the original mesh; docs/algorithms/mesh/simplify_mesh.md
 //
-// Half-edge collapses in the order of their quadric error, on the connectivity of OpenMesh, in rounds of collapses that
-// do not touch each other. Paper: M. Garland, P. Heckbert. Surface simplification using quadric error metrics. SIGGRAPH
-// 1997. OpenMesh's own decimater is not used: it takes 40 s for a million triangles, these rounds take 3 s.
+// Half-edge collapses in the order of their quadric error, in rounds of collapses that do not touch each other. Paper:
+// M. Garland, P. Heckbert. Surface simplification using quadric error metrics. SIGGRAPH 1997. OpenMesh's decimater is
+// not used: it takes 40 s for a million triangles, these rounds take 3 s.
 #pragma once
 
 #include <cstddef>
 #include <limits>
 #include <memory>
+#include <span>
 
 #include "geometry/distance_field.h"
 #include "spheretree/builder/progress.h"
@@ -29,13 +30,20 @@ class MeshSimplifier {
   /// order; parts are dropped. It is closed, oriented and manifold if the mesh is; it may intersect itself in walls
   /// thinner than its triangles.
   /// `max_error` [mm]: a collapse must not move a vertex to a place where the root mean square distance to its planes
-  /// is larger; this, too, can end the reduction early. It must not be less than in an earlier call.
+  /// is larger; this, too, can end the reduction early.
   /// Deterministic for any number of threads. Cost: O(n log n), about 3 s of processor time for a million triangles.
   /// @throws Cancelled.
   TriangleMesh reduce(std::size_t triangles, double max_error = std::numeric_limits<double>::infinity());
 
+  std::size_t triangles() const;  // that are left
+
+  /// From now on, the vertices of results are those of another mesh, which must outlive this object: `vertex`
+  /// (vertices) is their index there, and its lengths are `scale` times as large.
+  void moveTo(const TriangleMesh& mesh, std::span<const std::uint32_t> vertex, double scale);
+
  private:
   class Collapses;
+  const TriangleMesh* mesh_;
   std::unique_ptr<Collapses> collapses_;
 };
 
@@ -46,10 +54,10 @@ TriangleMesh simplifyMesh(const TriangleMesh& mesh, std::size_t triangles, Progr
 /// Proven: no point of `mesh` is farther than this from the surface of `field` [mm]. The bound exceeds the largest
 /// distance of a vertex by at most a quarter or 1e-6 of the diagonal, whichever is larger; if that would take more than
 /// 1024 pieces for a triangle, it is larger, but still proven.
-/// With `sufficient_bound`, the search ends as soon as the bound is proven to be at most that value, and the result may
-/// be as large as `sufficient_bound`; it is infinite if a point with a larger distance was found. Deterministic for any
-/// number of threads. Cost: one distance query for each vertex, and a few pieces for each triangle that bends over an
-/// edge of the other surface. @throws Cancelled.
+/// With `sufficient_bound`, the search ends as soon as a point with a larger distance is found, and the result is
+/// infinite. It may then be as large as a quarter of `sufficient_bound`, or exceed the distance of some point by a
+/// quarter. Deterministic for any number of threads. Cost: one distance query for each vertex, and a few pieces for
+/// each triangle that bends over an edge of the other surface. @throws Cancelled.
 double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progress& progress,
                      double sufficient_bound = std::numeric_limits<double>::infinity());
 

@@ -53,8 +53,8 @@ std::size_t dropDegenerate(TriangleMesh& mesh) {
 class SkinBuilder {
  public:
   SkinBuilder(const TriangleMesh& solid, const TriangleMesh& sheets, const DistanceField& field, const SkinSettings& settings,
-              Progress& progress)
-      : solid_(solid), sheets_(sheets), field_(field), settings_(settings), progress_(progress) {}
+              Progress& progress, MeshSimplifier* simplifier)
+      : solid_(solid), sheets_(sheets), field_(field), settings_(settings), progress_(progress), begun_(simplifier) {}
 
   Skin run(const Vector3d& origin) const {
     BaseSurface surface = chooseSurface();
@@ -79,7 +79,9 @@ class SkinBuilder {
   BaseSurface chooseSurface() const {
     if (solid_.triangles.size() <= kManyTriangles) return given();
     const double allowed = kDistanceShare * settings_.tolerance;
-    MeshSimplifier simplifier(solid_, progress_);
+    std::optional<MeshSimplifier> own;
+    const bool goes_on = begun_ && begun_->triangles() > kMaxTriangles;
+    MeshSimplifier& simplifier = goes_on ? *begun_ : own.emplace(solid_, progress_);
     TriangleMesh fine = simplifier.reduce(kManyTriangles / 2, kFineShare * allowed);
     const bool is_still_large = fine.triangles.size() > kMaxTriangles;
     if (is_still_large) fine = simplifier.reduce(kMaxTriangles, kCoarseShare * allowed);
@@ -139,6 +141,7 @@ class SkinBuilder {
   const DistanceField& field_;
   const SkinSettings& settings_;
   Progress& progress_;
+  MeshSimplifier* begun_;
 };
 
 /// Converts a surface to the integers of a skin.
@@ -266,8 +269,8 @@ std::optional<Skin> SkinBuilder::pack(BaseSurface& surface, const Vector3d& orig
 }  // namespace
 
 Skin buildSkin(const TriangleMesh& solid, const TriangleMesh& sheets, const DistanceField& field, const Vector3d& origin,
-               const SkinSettings& settings, Progress& progress) {
-  return SkinBuilder(solid, sheets, field, settings, progress).run(origin);
+               const SkinSettings& settings, Progress& progress, MeshSimplifier* simplifier) {
+  return SkinBuilder(solid, sheets, field, settings, progress, simplifier).run(origin);
 }
 
 }  // namespace spheretree::builder

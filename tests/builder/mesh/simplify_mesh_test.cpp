@@ -113,6 +113,18 @@ TEST(SimplifyMesh, TheBoundHoldsAndIsTight) {
   }
 }
 
+// A ball of few triangles in one of many: its vertices are on it, and only its middles tell how far it is.
+TEST(SimplifyMesh, TheBoundIsTightWhereALooseOneSuffices) {
+  const TriangleMesh ball = test::sphereMesh(5, 4), coarse = simplified(ball, 24);
+  const double found = largestDistance(coarse, ball, 20);
+  Progress progress;
+  for (const double sufficient : {1.4 * found, 2 * found, 3 * found}) {
+    const double bound = distanceBound(coarse, DistanceField(ball), progress, sufficient);
+    EXPECT_GE(bound, found);
+    EXPECT_LE(bound, 1.3 * found) << sufficient / found;
+  }
+}
+
 TEST(SimplifyMesh, TheBoundSeesWhatNoVertexTells) {
   // The corners of the box lie on the sphere; the middles of its sides are far from it.
   const double half = 5 / std::sqrt(3.0);
