@@ -11,6 +11,7 @@
 #include <set>
 #include <string>
 
+#include "support/sample_hulls.h"
 #include "support/sample_skins.h"
 
 namespace spheretree::formats {
@@ -195,6 +196,44 @@ TEST(TreeGlb, StaysModestForAFullTree) {
   ASSERT_TRUE(linkNodes(tree));
   const std::vector<std::byte> bytes = encodeGlb(tree, SphereKind::Cover);
   EXPECT_LT(bytes.size(), 10'000'000u);
+}
+
+// Points of balls, of the sides of cones and of the faces of slabs are on the boundary of the part. In the direction
+// of the normal the part ends there: no ball of it reaches farther than the plane through the point.
+TEST(TreeGlb, ShowsHullsInASceneOfTheirOwn) {
+  SphereTree tree = test::toolOf(test::rodHulls({0, 0, 0}, 1, {4, 0, 1}, 0.5, 1));
+  tree.hulls = test::hullsOf({test::ballAt({0, 0, 0}, 1), test::ballAt({4, 0, 1}, 0.5), test::ballAt({1, 3, 0}, 0.75)}, {{0, 1, 2}}, 1);
+  const Glb glb(encodeGlb(tree, SphereKind::Cover));
+  const auto& scenes = glb.document["scenes"];
+  ASSERT_TRUE(std::any_of(scenes.begin(), scenes.end(), [](const nlohmann::json& scene) { return scene["name"] == "scene_of_hulls"; }));
+  const nlohmann::json& mesh = glb.document["meshes"][nodeNamed(glb.document, "hulls")["mesh"].get<std::size_t>()];
+  const nlohmann::json& primitive = mesh["primitives"][0];
+  const auto positions = glb.read<std::array<float, 3>>(primitive["attributes"]["POSITION"]),
+             normals = glb.read<std::array<float, 3>>(primitive["attributes"]["NORMAL"]);
+  ASSERT_EQ(positions.size(), 6u) << "two faces";
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const auto vector = [](const std::array<float, 3>& v) { return Eigen::Vector3d(double{v[0]}, double{v[1]}, double{v[2]}); };
+    const Eigen::Vector3d p = 1000 * vector(positions[i]), n = vector(normals[i]);
+    EXPECT_NEAR(n.norm(), 1, 1e-6);
+    for (const Sphere& ball : tree.hulls.balls)
+      EXPECT_NEAR(n.dot(p - centreOf(ball)), double{ball.radius}, 1e-5) << "all balls touch a face";
+  }
+  EXPECT_FALSE(Glb(encodeGlb(tree, SphereKind::Cover, 0)).document.dump().find("scene_of_hulls") != std::string::npos);
+}
+
+TEST(TreeGlb, TheSideOfAConeTouchesBothBalls) {
+  const SphereTree tree = test::toolOf(test::rodHulls({0, 0, 0}, 1, {4, 0, 1}, 0.5, 1));
+  const Glb glb(encodeGlb(tree, SphereKind::Cover));
+  const nlohmann::json& primitive = glb.document["meshes"][nodeNamed(glb.document, "hulls")["mesh"].get<std::size_t>()]["primitives"][0];
+  const auto positions = glb.read<std::array<float, 3>>(primitive["attributes"]["POSITION"]),
+             normals = glb.read<std::array<float, 3>>(primitive["attributes"]["NORMAL"]);
+  ASSERT_GT(positions.size(), 64u);
+  // The side of the cone comes last: 32 lines with two points each, where a plane touches both balls.
+  for (std::size_t i = positions.size() - 64; i < positions.size(); ++i) {
+    const auto vector = [](const std::array<float, 3>& v) { return Eigen::Vector3d(double{v[0]}, double{v[1]}, double{v[2]}); };
+    for (const Sphere& ball : tree.hulls.balls)
+      EXPECT_NEAR(vector(normals[i]).dot(1000 * vector(positions[i]) - centreOf(ball)), double{ball.radius}, 1e-5);
+  }
 }
 
 }  // namespace

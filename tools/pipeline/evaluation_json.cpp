@@ -103,6 +103,13 @@ builder::SkinEvaluation skinFromJson(const Json& json) {
   return skin;
 }
 
+Json hullsJson(const builder::HullEvaluation& hulls) {
+  return {{"hulls", hulls.hulls},       {"parts", hulls.parts},
+          {"balls", hulls.balls},       {"overhang_mm", {{"max", hulls.overhang_max}, {"bound", hulls.overhang_bound}}},
+          {"samples", hulls.samples},   {"bare_samples", hulls.bare_samples},
+          {"max_gap_mm", hulls.max_gap}};
+}
+
 Json hullsJson(const Hulls& hulls) {
   if (hulls.empty()) return nullptr;
   return {
@@ -129,6 +136,7 @@ Json evaluationJson(const builder::Evaluation& evaluation) {
   for (const builder::LevelEvaluation& level : evaluation.levels) out["levels"].push_back(levelJson(level));
   out["hierarchy"] = hierarchyJson(evaluation.hierarchy);
   if (evaluation.skin) out["skin"] = skinJson(*evaluation.skin);
+  if (evaluation.hulls) out["hulls"] = hullsJson(*evaluation.hulls);
   if (evaluation.limits)
     out["limit_mm"] = {
         {"h_fin", evaluation.limits->h_fin}, {"h_low", evaluation.limits->h_low}, {"h_low_in_range", evaluation.limits->h_low_in_range}};

@@ -19,6 +19,9 @@ builder::LevelEvaluation levelFromJson(const nlohmann::ordered_json& json);
 /// The field `skin`, to and from JSON. @throws as levelFromJson().
 nlohmann::ordered_json skinJson(const builder::SkinEvaluation& skin);
 builder::SkinEvaluation skinFromJson(const nlohmann::ordered_json& json);
+/// The field `hulls` of an evaluation.
+nlohmann::ordered_json hullsJson(const builder::HullEvaluation& hulls);
+
 /// The field `hulls` of a tree: null if it has none.
 nlohmann::ordered_json hullsJson(const Hulls& hulls);
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -99,6 +100,70 @@ GlbWriter::Part partOf(const Skin& skin) {
   return mesh;
 }
 
+/// Adds points with their normals and triangles between them.
+void append(GlbWriter::Part& mesh, const std::vector<Eigen::Vector3d>& points, const std::vector<Eigen::Vector3d>& normals,
+            const std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), points.begin(), points.end());
+  mesh.normals.insert(mesh.normals.end(), normals.begin(), normals.end());
+  for (const auto& [a, b, c] : triangles) mesh.triangles.push_back({first + a, first + b, first + c});
+}
+
+/// The side of a rounded cone: the lines along which it touches both balls, all of whose normals make the same angle
+/// with the axis.
+void appendCone(GlbWriter::Part& mesh, const Sphere& from, const Sphere& to) {
+  constexpr std::uint32_t kLines = 32;
+  const Eigen::Vector3d way = centreOf(to) - centreOf(from), along = way.normalized();
+  const double sine = (double{to.radius} - double{from.radius}) / way.norm(), cosine = std::sqrt(std::max(0.0, 1 - sine * sine));
+  const Eigen::Vector3d x = along.unitOrthogonal(), y = along.cross(x);
+  std::vector<Eigen::Vector3d> points, normals;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  for (std::uint32_t i = 0; i < kLines; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kLines;
+    const Eigen::Vector3d normal = cosine * (std::cos(angle) * x + std::sin(angle) * y) - sine * along;
+    for (const Sphere& s : {from, to}) points.emplace_back(centreOf(s) + s.radius * normal), normals.push_back(normal);
+    const std::uint32_t a = 2 * i, b = 2 * ((i + 1) % kLines);
+    triangles.push_back({a, b, b + 1});
+    triangles.push_back({a, b + 1, a + 1});
+  }
+  append(mesh, points, normals, triangles);
+}
+
+/// The two faces of a slab, which touch its three balls: their normals n satisfy n . (c_i - c_0) = r_0 - r_i.
+void appendSlab(GlbWriter::Part& mesh, const std::array<Sphere, 3>& ball) {
+  const Eigen::Vector3d e1 = centreOf(ball[1]) - centreOf(ball[0]), e2 = centreOf(ball[2]) - centreOf(ball[0]), across = e1.cross(e2);
+  const double rise1 = double{ball[0].radius} - double{ball[1].radius}, rise2 = double{ball[0].radius} - double{ball[2].radius};
+  const Eigen::Vector3d flat = (rise1 * e2.cross(across) + rise2 * across.cross(e1)) / across.squaredNorm();
+  const Eigen::Vector3d upward = std::sqrt(std::max(0.0, 1 - flat.squaredNorm())) * across.normalized();
+  for (const double side : {1.0, -1.0}) {
+    const Eigen::Vector3d normal = flat + side * upward;
+    std::vector<Eigen::Vector3d> points;
+    for (const Sphere& s : ball) points.emplace_back(centreOf(s) + s.radius * normal);
+    append(mesh, points, {normal, normal, normal}, {side > 0 ? std::array{0u, 1u, 2u} : std::array{0u, 2u, 1u}});
+  }
+}
+
+/// The parts of hulls: balls, sides of cones, and faces of slabs, whose edges and corners are parts of their own.
+GlbWriter::Part partOf(const Hulls& hulls) {
+  GlbWriter::Part mesh{
+      .name = "hulls", .colour = {0.25, 0.55, 0.75}, .is_double_sided = false, .positions = {}, .normals = {}, .triangles = {}};
+  const Icosphere sphere = makeIcosphere(2);
+  for (const HullPart& part : hulls.parts) {
+    const std::size_t count = ballCount(part);
+    const Sphere& first = hulls.balls[part[0]];
+    if (count == 1) {
+      std::vector<Eigen::Vector3d> points;
+      for (const Eigen::Vector3d& p : sphere.points) points.emplace_back(centreOf(first) + first.radius * p);
+      append(mesh, points, sphere.points, sphere.triangles);
+    } else if (count == 2) {
+      appendCone(mesh, first, hulls.balls[part[1]]);
+    } else {
+      appendSlab(mesh, {first, hulls.balls[part[1]], hulls.balls[part[2]]});
+    }
+  }
+  return mesh;
+}
+
 }  // namespace
 
 std::vector<std::byte> encodeGlb(const SphereTree& tree, SphereKind kind, std::optional<int> level) {
@@ -113,6 +178,7 @@ std::vector<std::byte> encodeGlb(const SphereTree& tree, SphereKind kind, std::o
     glb.addScene(name, {glb.addNode(name, nodes, tree.origin_mm)});
   };
   addScene("sphere_tree", shown);
+  if (!tree.hulls.empty() && level.value_or(last) == last) addScene("scene_of_hulls", {glb.add(partOf(tree.hulls))});
   for (std::size_t k = 0; k + 1 < levels.size(); ++k) addScene("scene_of_level_" + std::to_string(k), {levels[k]});
   return glb.finish();
 }

@@ -11,6 +11,7 @@
 
 #include "measure/cover_limits.h"
 #include "measure/coverage.h"
+#include "measure/evaluate_hulls.h"
 #include "measure/evaluate_skin.h"
 #include "measure/overhang.h"
 #include "measure/volumes.h"
@@ -97,6 +98,12 @@ Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const Eval
     progress.stage("skin");
     out.skin =
         settings.effort < 1 ? skinFigures(tree.skin) : evaluateSkin(tree.skin, origin, joined(mesh, surface.sheets), field, progress);
+  }
+  if (!tree.hulls.empty()) {
+    progress.stage("hulls");
+    HullSamples samples;
+    samples.count = share(samples.count), samples.seed = settings.seed;
+    out.hulls = evaluateHulls(to_cover, field, tree.hulls, origin, samples, progress);
   }
   if (settings.limits) {
     progress.stage("limits");

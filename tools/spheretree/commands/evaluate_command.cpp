@@ -61,6 +61,12 @@ void printText(const EvaluateOptions& options, std::size_t triangles, const buil
   if (evaluation.skin && evaluation.skin->from_mesh)
     printResult("skin: %zu triangles, at most %.3g mm from the mesh, the mesh %.3g mm from them; patches at most %.3g mm from them\n",
                 evaluation.skin->triangles, *evaluation.skin->from_mesh, *evaluation.skin->of_mesh, evaluation.skin->tolerance);
+  if (evaluation.hulls) {
+    const builder::HullEvaluation& hulls = *evaluation.hulls;
+    printResult("hulls: %zu in %zu parts of %zu balls; overhang max %.5g mm, bound %.5g mm; %zu of %zu surface points bare", hulls.hulls,
+                hulls.parts, hulls.balls, hulls.overhang_max, hulls.overhang_bound, hulls.bare_samples, hulls.samples);
+    printResult(hulls.bare_samples > 0 ? ", at most %.5g mm outside\n" : "\n", hulls.max_gap);
+  }
   if (!evaluation.limits) return;
   const builder::CoverLimits& limits = *evaluation.limits;
   const builder::LevelEvaluation& leaves = evaluation.levels.back();

@@ -16,7 +16,8 @@ namespace spheretree::formats {
 /// shows the leaves.
 /// With `level`, only that level is written. In metres, as glTF requires, in the frame of the mesh. `kind`: which
 /// spheres of the inner nodes are shown. About 150 bytes a sphere and 30 kB a level. A tree with a skin also has a node
-/// `skin` beside the leaves: its patches, 16 triangles each, with their smooth normals; at most 20 MB.
+/// `skin` beside the leaves: its patches, 16 triangles each, with their smooth normals; at most 20 MB. Hulls have
+/// a scene of their own, `scene_of_hulls`, with their parts.
 std::vector<std::byte> encodeGlb(const SphereTree& tree, SphereKind kind, std::optional<int> level = {});
 
 }  // namespace spheretree::formats

@@ -65,6 +65,15 @@ struct SkinEvaluation {
       of_mesh;  // measured upper bounds: distance of the flat triangles from the mesh, and of the mesh from them [mm]; only with effort 1
 };
 
+/// Of the hulls of a tool (core's hulls.h), which stand for it beside the balls.
+struct HullEvaluation {
+  std::size_t hulls = 0, parts = 0, balls = 0;
+  double overhang_max = 0;                    // largest that some ball between those of a part has [mm]
+  double overhang_bound = 0;                  // stated in the tree: no point of a hull is farther outside the mesh [mm]
+  std::size_t samples = 0, bare_samples = 0;  // of the surface, and those that no part holds
+  double max_gap = 0;                         // largest distance of a bare sample from the hulls [mm]
+};
+
 struct Evaluation {
   double diagonal = 0;   // of the bounding box of the mesh and its sheets (surface_with_sheets.h) [mm]
   double tolerance = 0;  // of coverage and enclosure: 1e-5 of the diagonal [mm]
@@ -72,6 +81,7 @@ struct Evaluation {
   HierarchyEvaluation hierarchy;
   std::optional<CoverLimits> limits;   // of the deepest level
   std::optional<SkinEvaluation> skin;  // of a tree that has one
+  std::optional<HullEvaluation> hulls;
 };
 
 }  // namespace spheretree::builder
