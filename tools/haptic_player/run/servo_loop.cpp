@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "run/servo_loop.h"
 
-#include <pthread.h>
-#include <sched.h>
-#include <time.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
 #include <thread>
+
+#include "run/real_time.h"
 
 namespace spheretree::player {
 
@@ -24,11 +22,7 @@ ServoLoop::ServoLoop(const runtime::Scene& scene, RecordingWriter* recording, co
 
 device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
   using Clock = std::chrono::steady_clock;
-  if (options_.real_time_thread && ticks_ == 0) {
-    sched_param priority{};
-    priority.sched_priority = 80;  // above ordinary programs, below the kernel's own threads
-    priority_error_.store(::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &priority), std::memory_order_relaxed);
-  }
+  if (options_.real_time_thread && ticks_ == 0) priority_error_.store(raisePriority(), std::memory_order_relaxed);
   begun_.fetch_add(1);
   if (state.restarted) restart();
   if (options_.tissue) tissue_states_ = options_.tissue->take(ticks_, workspace_);  // the solver is not part of a step
@@ -117,12 +111,6 @@ void ServoLoop::publish(const RecordedStep& row) noexcept {
 view::ShownContact shownContact(const runtime::Contact& contact) noexcept {
   return {contact.point.cast<float>(), contact.normal.cast<float>(), static_cast<float>(contact.force), contact.friction.cast<float>(),
           contact.object};
-}
-
-double threadTime() noexcept {
-  timespec t{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
 }
 
 RecordedStep recordedStep(std::uint64_t tick, const Configuration& haptic, const runtime::StepResult& result,
