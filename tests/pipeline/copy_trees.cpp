@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// copy_trees IN OUT: reads every tree in the folder IN and writes it to the folder OUT, from what was read. It stands for
-// a program on another machine that takes trees as files.
+// copy_trees IN OUT: reads every tree in the folder IN and writes it to the folder OUT, from what was read. It stands
+// for a program on another machine that takes trees as files.
 #include <cstdio>
 #include <exception>
 #include <filesystem>

@@ -321,11 +321,11 @@ int runProgram(std::vector<std::string> words) {
     const bool is_bare = words.empty();
     std::reverse(words.begin(), words.end());  // as the parser takes them
     cli.parse(std::move(words));
-    // The parser makes paths as in the C locale, byte by byte.
+    // The parser makes a path of the bytes one by one, also where a path is UTF-16.
     PlaySettings& play = options.play;
     for (std::filesystem::path* path : {&play.scene, &play.trajectory, &play.record, &options.bench.out, &options.bench.cache,
                                         &options.bench.chart, &options.view.replay, &options.view.compare, &options.view.picture})
-      *path = formats::toPath(path->string());
+      *path = formats::toPath(std::string(path->native().begin(), path->native().end()));
     if (is_bare) {
       options.view.view = canShowWindow();
       if (!options.view.view) std::fprintf(stderr, "haptic-player: %s\n", whyNoWindow());
