@@ -33,7 +33,13 @@ if [[ "${1:-}" != --build ]]; then
     liburdfdom-dev libmujoco-dev # files of robots as other programs read them
   )
 fi
-if [[ "${1:-}" == --lanes ]]; then packages+=(clang-tidy gcovr); fi
+if [[ "${1:-}" == --lanes ]]; then
+  packages+=(
+    clang-tidy gcovr
+    g++-mingw-w64-x86-64-posix wine wine64     # lane windows
+    g++-aarch64-linux-gnu qemu-user-static # lane arm64
+  )
+fi
 if [[ "${1:-}" == --ci || "${1:-}" == --lanes ]]; then
   packages+=(clang clang-format dpkg-dev git chromium chromium-driver xvfb xdotool parallel slurmctld slurmd slurm-client munge python3-scipy)
 fi
