@@ -17,6 +17,7 @@ CONDITIONS = {
     "short": lambda meshes: os.environ.get("SPHERETREE_LONG") != "1",
     "root": lambda meshes: os.geteuid() == 0,
     "no-avx2": lambda meshes: not re.search(r"\bavx2\b", Path("/proc/cpuinfo").read_text(encoding="utf-8")),
+    "other-machine": lambda meshes: "SPHERETREE_MACHINE" in os.environ,  # .ci/lane windows and arm64
     "no-browser": lambda meshes: not (shutil.which("chromium") and shutil.which("chromedriver")),
     "no-display": lambda meshes: not (shutil.which("Xvfb") and shutil.which("xdotool")),
     "no-slurm": lambda meshes: not shutil.which("slurmctld"),

@@ -37,7 +37,13 @@ if [[ "${1:-}" != --build ]]; then
 fi
 if [[ "${1:-}" == --site || "${1:-}" == --package ]]; then packages+=(python3-sphinx furo python3-myst-parser doxygen); fi
 if [[ "${1:-}" == --package ]]; then packages+=(dpkg-dev debhelper dh-python fakeroot lintian debootstrap autopkgtest git); fi
-if [[ "${1:-}" == --lanes ]]; then packages+=(clang-tidy gcovr); fi
+if [[ "${1:-}" == --lanes ]]; then
+  packages+=(
+    clang-tidy gcovr
+    g++-mingw-w64-x86-64-posix wine wine64     # lane windows
+    g++-aarch64-linux-gnu qemu-user-static # lane arm64
+  )
+fi
 if [[ "${1:-}" == --ci || "${1:-}" == --lanes ]]; then
   packages+=(clang clang-format dpkg-dev git chromium chromium-driver xvfb xdotool parallel slurmctld slurmd slurm-client munge python3-scipy)
 fi

@@ -2,25 +2,18 @@
 #include "spheretree/device/device.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <utility>
 
 #include "spheretree/device/emergency_stop.h"
+#include "system_calls.h"
 
 namespace spheretree::device {
 namespace {
 
 std::int64_t nowNs() noexcept {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-void sleepUntil(std::int64_t ns) noexcept {  // the steady clock of libstdc++ is CLOCK_MONOTONIC
-  const timespec at{static_cast<time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr) == EINTR) {
-  }
 }
 
 SafetySettings narrowed(SafetySettings settings, const DeviceInfo& info) {

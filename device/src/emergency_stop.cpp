@@ -3,6 +3,8 @@
 
 #include <atomic>
 
+#include "system_calls.h"
+
 namespace spheretree::device {
 namespace {
 
@@ -20,16 +22,10 @@ extern "C" void onSignal(int number) {
 
 }  // namespace
 
-EmergencyStop::EmergencyStop() {
-  struct sigaction action = {};
-  action.sa_handler = onSignal;
-  sigemptyset(&action.sa_mask);
-  for (int k = 0; k < 3; ++k) sigaction(kSignals[k], &action, &former_[k]);
-  living.fetch_add(1);
-}
+EmergencyStop::EmergencyStop() : signals_(std::make_unique<EndingSignals>(onSignal)) { living.fetch_add(1); }
 
 EmergencyStop::~EmergencyStop() {
-  for (int k = 0; k < 3; ++k) sigaction(kSignals[k], &former_[k], nullptr);
+  signals_.reset();
   if (living.fetch_sub(1) > 1) return;
   caught_signal.store(0);
   stop_requested.store(false);

@@ -1,17 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "haply_link.h"
 
-#include <netinet/tcp.h>
-#include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <limits>
 #include <utility>
 
@@ -20,7 +14,7 @@
 namespace spheretree::device {
 namespace {
 
-constexpr int kPatienceMs = 2000;
+constexpr std::chrono::milliseconds kPatience{2000};
 constexpr int kSendBuffer = 8192;    // some 40 commands: what a service that stalls still executes afterwards [bytes]
 constexpr double kHaplyUnit = 1000;  // [mm/m]
 constexpr std::string_view kAxes = "xyz", kButtons = "abc";
@@ -35,9 +29,9 @@ std::size_t indexIn(std::string_view letters, std::string_view key) {
   return key.size() == 1 ? letters.find(key[0]) : std::string_view::npos;
 }
 
-int remainingMs(std::chrono::steady_clock::time_point begin) {
-  const auto spent = std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - begin).count();
-  return std::max(0, kPatienceMs - static_cast<int>(spent));
+std::chrono::milliseconds remaining(std::chrono::steady_clock::time_point begin) {
+  using std::chrono::milliseconds;
+  return std::max(milliseconds(0), kPatience - std::chrono::duration_cast<milliseconds>(std::chrono::steady_clock::now() - begin));
 }
 
 }  // namespace
@@ -110,39 +104,18 @@ Configuration poseOfHaply(const HaplyMessage& message) noexcept {
   return pose;
 }
 
-HaplyLink::HaplyLink(const sockaddr_in& service, const std::string& host, const std::string& device) : device_(device) {
-  try {
-    connectTo(service, host);
-    shakeHands(host);
-    awaitFirst(device);
-  } catch (...) {
-    ::close(socket_);
-    throw;
-  }
+HaplyLink::HaplyLink(const SocketAddress& service, const std::string& host, const std::string& device) : device_(device) {
+  connectTo(service, host);
+  shakeHands(host);
+  awaitFirst(device);
 }
 
-HaplyLink::~HaplyLink() {
-  write(WebSocketSend::Close, "");
-  ::close(socket_);
-}
+HaplyLink::~HaplyLink() { write(WebSocketSend::Close, ""); }
 
-void HaplyLink::connectTo(const sockaddr_in& service, const std::string& host) {
-  socket_ = ::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  if (socket_ < 0) throw DeviceError(DeviceFault::NotFound, std::string("haply: no socket: ") + std::strerror(errno));
-  const int on = 1;
-  ::setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  ::setsockopt(socket_, SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
-  int error = 0;
-  if (::connect(socket_, reinterpret_cast<const sockaddr*>(&service), sizeof service) != 0) {
-    error = errno;
-    pollfd ready{socket_, POLLOUT, 0};
-    if (error == EINPROGRESS) {
-      socklen_t size = sizeof error;
-      if (::poll(&ready, 1, kPatienceMs) != 1 || ::getsockopt(socket_, SOL_SOCKET, SO_ERROR, &error, &size) != 0) error = ETIMEDOUT;
-    }
-  }
-  if (error != 0)
-    throw DeviceError(DeviceFault::NotFound, "haply: no service at " + host + ": " + std::strerror(error) +
+void HaplyLink::connectTo(const SocketAddress& service, const std::string& host) {
+  socket_.holdBackAtMost(kSendBuffer);
+  if (const int error = socket_.connect(service, kPatience); error != 0)
+    throw DeviceError(DeviceFault::NotFound, "haply: no service at " + host + ": " + socketWords(error) +
                                                  ". Start the Haply Inverse Service, or name its address (haptic-player: --haply-host)");
 }
 
@@ -150,17 +123,16 @@ void HaplyLink::shakeHands(const std::string& host) {
   const std::string request = upgradeRequest(host);
   const auto begin = std::chrono::steady_clock::now();
   std::string answer;
-  bool ok = ::send(socket_, request.data(), request.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(request.size());
+  bool ok = socket_.send(request).bytes == request.size();
   constexpr std::size_t kLongest = 4096;
   // Byte by byte: what follows the empty line is the first message.
   while (ok && !answer.ends_with("\r\n\r\n")) {
     char byte = 0;
-    const ssize_t got = ::recv(socket_, &byte, 1, MSG_DONTWAIT);
-    pollfd ready{socket_, POLLIN, 0};
-    if (got == 1)
+    const Transfer got = socket_.receive({&byte, 1});
+    if (got.bytes == 1)
       answer += byte;
     else
-      ok = got < 0 && errno == EAGAIN && ::poll(&ready, 1, remainingMs(begin)) == 1;
+      ok = got.error == kWouldWait && socket_.waitForData(remaining(begin));
     ok = ok && answer.size() < kLongest;
   }
   if (!ok || !acceptsUpgrade(answer))
@@ -173,11 +145,10 @@ void HaplyLink::awaitFirst(const std::string& device) {
   const auto begin = std::chrono::steady_clock::now();
   std::string listed, handedness;
   bool has_pose = false;
-  for (pollfd ready{socket_, POLLIN, 0}; !has_pose && failed_ == 0 && ::poll(&ready, 1, remainingMs(begin)) == 1;) {
-    const std::span<char> space = reader_.space();
-    const ssize_t got = ::recv(socket_, space.data(), space.size(), MSG_DONTWAIT);
-    if (got <= 0) break;
-    reader_.received(static_cast<std::size_t>(got));
+  while (!has_pose && failed_ == 0 && socket_.waitForData(remaining(begin))) {
+    const Transfer got = socket_.receive(reader_.space());
+    if (got.bytes == 0) break;
+    reader_.received(got.bytes);
     for (WebSocketReader::Found found; (found = reader_.next()) != WebSocketReader::Found::Nothing;) {
       if (found == WebSocketReader::Found::Broken || found == WebSocketReader::Found::Close) fail(EPROTO);
       if (failed_ != 0) break;
@@ -221,13 +192,12 @@ bool HaplyLink::read(LinkState& state) noexcept {
     } else if (found == WebSocketReader::Found::Ping) {
       write(WebSocketSend::Pong, reader_.payload());
     } else if (found == WebSocketReader::Found::Nothing) {
-      const std::span<char> space = reader_.space();
-      const ssize_t got = ::recv(socket_, space.data(), space.size(), MSG_DONTWAIT);
-      if (got < 0 && (errno == EAGAIN || errno == EINTR)) break;
-      if (got <= 0)
-        fail(got == 0 ? ECONNRESET : errno);
+      const Transfer got = socket_.receive(reader_.space());
+      if (got.error == kWouldWait) break;
+      if (got.bytes == 0)
+        fail(got.error == 0 ? ECONNRESET : got.error);
       else
-        reader_.received(static_cast<std::size_t>(got));
+        reader_.received(got.bytes);
     } else {
       fail(found == WebSocketReader::Found::Close ? ECONNRESET : EPROTO);
     }
@@ -254,7 +224,7 @@ void HaplyLink::send(const Wrench& wrench) noexcept {
 
 /// A frame that the connection does not take whole is finished first: until then later ones are left out.
 void HaplyLink::write(WebSocketSend kind, std::string_view payload) noexcept {
-  if (failed_ != 0 || socket_ < 0 || !flush()) return;
+  if (failed_ != 0 || !flush()) return;
   mask_ = mask_ * 1664525u + 1013904223u;
   to_send_ = writeFrame(kind, payload, mask_, outgoing_);
   sent_ = 0;
@@ -263,9 +233,9 @@ void HaplyLink::write(WebSocketSend kind, std::string_view payload) noexcept {
 
 bool HaplyLink::flush() noexcept {
   if (sent_ < to_send_) {
-    const ssize_t taken = ::send(socket_, outgoing_.data() + sent_, to_send_ - sent_, MSG_DONTWAIT | MSG_NOSIGNAL);
-    if (taken > 0) sent_ += static_cast<std::size_t>(taken);
-    if (taken < 0 && errno != EAGAIN && errno != EINTR) fail(errno);
+    const Transfer taken = socket_.send({outgoing_.data() + sent_, to_send_ - sent_});
+    sent_ += taken.bytes;
+    if (taken.error != 0 && taken.error != kWouldWait) fail(taken.error);
   }
   return sent_ == to_send_;
 }

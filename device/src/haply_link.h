@@ -3,13 +3,12 @@
 // others publish; what is known of the protocol is in docs/device.md.
 #pragma once
 
-#include <netinet/in.h>
-
 #include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
 
+#include "sockets.h"
 #include "spheretree/device/linked_device.h"
 #include "web_socket.h"
 
@@ -37,7 +36,7 @@ Configuration poseOfHaply(const HaplyMessage& message) noexcept;
 class HaplyLink final : public Link {
  public:
   /// Connects, and waits up to 2 s for the first pose. @throws DeviceError
-  HaplyLink(const sockaddr_in& service, const std::string& host, const std::string& device);
+  HaplyLink(const SocketAddress& service, const std::string& host, const std::string& device);
   ~HaplyLink() override;
   HaplyLink(const HaplyLink&) = delete;
   HaplyLink& operator=(const HaplyLink&) = delete;
@@ -47,7 +46,7 @@ class HaplyLink final : public Link {
   void send(const Wrench& wrench) noexcept override;
 
  private:
-  void connectTo(const sockaddr_in& service, const std::string& host);
+  void connectTo(const SocketAddress& service, const std::string& host);
   void shakeHands(const std::string& host);
   void awaitFirst(const std::string& device);
   void take(const HaplyMessage& message) noexcept;
@@ -55,7 +54,7 @@ class HaplyLink final : public Link {
   bool flush() noexcept;
   void fail(int code) noexcept;
 
-  int socket_ = -1;
+  Socket socket_{Socket::Kind::Stream};
   WebSocketReader reader_;
   LinkState last_;
   bool has_first_ = false;  // of awaitFirst(), not yet read
@@ -64,7 +63,7 @@ class HaplyLink final : public Link {
   std::array<char, 1024> outgoing_{};  // a frame of which the connection took only a part
   std::size_t sent_ = 0, to_send_ = 0;
   std::uint32_t mask_ = 0x9e3779b9u;
-  std::int32_t failed_ = 0, ignored_ = 0;  // errno of the fault; messages that were not understood
+  std::int32_t failed_ = 0, ignored_ = 0;  // the system's number of the fault; messages that were not understood
 };
 
 }  // namespace spheretree::device

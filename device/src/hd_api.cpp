@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hd_api.h"
 
-#include <dlfcn.h>
-
 #include <map>
 #include <mutex>
 #include <vector>
 
 #include "spheretree/device/device.h"
+#include "system_calls.h"
 
 namespace spheretree::device {
 namespace {
@@ -15,11 +14,9 @@ namespace {
 HdApi resolve(void* library, const std::string& name) {
   HdApi api;
   const auto find = [&](const char* symbol) {
-    dlerror();
-    void* address = dlsym(library, symbol);
-    if (address) return address;
-    const char* why = dlerror();
-    throw DeviceError(DeviceFault::SymbolMissing, name + " has no function " + symbol + " (" + (why ? why : "null") +
+    std::string why;
+    if (void* address = findFunction(library, symbol, why)) return address;
+    throw DeviceError(DeviceFault::SymbolMissing, name + " has no function " + symbol + " (" + (why.empty() ? "null" : why) +
                                                       "): it is not OpenHaptics 3, install that version");
   };
 #define SPHERETREE_HD_RESOLVE(function, result, ...) api.function = reinterpret_cast<result (*)(__VA_ARGS__)>(find(#function));
@@ -34,15 +31,13 @@ const HdApi& loadHdApi(const std::string& library) {
   static std::mutex mutex;
   static std::map<void*, HdApi> loaded;  // the same library has the same handle
   const std::lock_guard lock(mutex);
-  const std::vector<std::string> names = library.empty()
-                                             ? std::vector<std::string>{"libHD.so", "libHD.so.3.5", "libHD.so.3.4", "libHD.so.3.0"}
-                                             : std::vector<std::string>{library};
+  const std::vector<std::string> names = library.empty() ? hdLibraryNames() : std::vector<std::string>{library};
   std::string tried;
   for (const std::string& name : names) {
-    void* handle = dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL);
+    std::string why;
+    void* handle = loadLibrary(name, why);
     if (!handle) {
-      const char* why = dlerror();
-      tried += (tried.empty() ? "" : "; ") + std::string(why ? why : name + " cannot be loaded");
+      tried += (tried.empty() ? "" : "; ") + (why.empty() ? name + " cannot be loaded" : why);
       continue;
     }
     if (const auto found = loaded.find(handle); found != loaded.end()) return found->second;

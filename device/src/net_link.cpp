@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "net_link.h"
 
-#include <sys/socket.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
 #include <thread>
 #include <utility>
 
@@ -16,52 +11,37 @@ namespace {
 
 constexpr std::chrono::milliseconds kForgotten{200};  // after this silence a sender may begin again with sequence number 0
 
-bool isSame(const sockaddr_in& a, const sockaddr_in& b) noexcept {
-  return a.sin_addr.s_addr == b.sin_addr.s_addr && a.sin_port == b.sin_port;
-}
-
 }  // namespace
 
-NetSocket::NetSocket(const sockaddr_in& address, bool is_server)
-    : socket_(::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)) {
-  if (socket_ < 0) throw DeviceError(DeviceFault::Refused, std::string("spheretree.device/1: no socket: ") + std::strerror(errno));
-  if (!is_server || ::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return;
-  const std::string why = std::strerror(errno);
-  ::close(socket_);
-  throw DeviceError(DeviceFault::Refused, "spheretree.device/1: port " + std::to_string(ntohs(address.sin_port)) +
-                                              " cannot be served: " + why + ". End the other program, or choose another port");
+NetSocket::NetSocket(const SocketAddress& address, bool is_server) {
+  if (!is_server) return;
+  if (const int error = socket_.bind(address); error != 0)
+    throw DeviceError(DeviceFault::Refused, "spheretree.device/1: port " + std::to_string(address.port) + " cannot be served: " +
+                                                socketWords(error) + ". End the other program, or choose another port");
 }
 
-NetSocket::~NetSocket() { ::close(socket_); }
-
-std::optional<NetPacket> NetSocket::receive(NetPacket::Kind kind, sockaddr_in& from) noexcept {
-  std::array<std::byte, kNetBytes + 1> bytes;  // one more: a longer message is not taken for a whole one
+std::optional<NetPacket> NetSocket::receive(NetPacket::Kind kind, SocketAddress& from) noexcept {
+  std::array<char, kNetBytes + 1> bytes;  // one more: a longer message is not taken for a whole one
   for (int n = 0; n < kMostMessages; ++n) {
-    socklen_t size = sizeof from;
-    const ssize_t got = ::recvfrom(socket_, bytes.data(), bytes.size(), MSG_DONTWAIT, reinterpret_cast<sockaddr*>(&from), &size);
-    if (got < 0) return std::nullopt;
-    const std::optional<NetPacket> packet = decoded(std::span(bytes).first(static_cast<std::size_t>(got)));
+    const Transfer got = socket_.receiveFrom(bytes, from);
+    if (got.error != 0) return std::nullopt;
+    const std::optional<NetPacket> packet = decoded(std::as_bytes(std::span(bytes)).first(got.bytes));
     if (packet && packet->kind == kind) return packet;
   }
   return std::nullopt;
 }
 
-void NetSocket::send(const NetPacket& packet, const sockaddr_in& to) noexcept {
+void NetSocket::send(const NetPacket& packet, const SocketAddress& to) noexcept {
   NetPacket now = packet;
   now.time_ns = static_cast<std::uint64_t>(
       std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count());
   const std::array<std::byte, kNetBytes> bytes = encoded(now);
-  ::sendto(socket_, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+  socket_.sendTo({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, to);
 }
 
-std::uint16_t NetSocket::port() const noexcept {
-  sockaddr_in address{};
-  socklen_t size = sizeof address;
-  ::getsockname(socket_, reinterpret_cast<sockaddr*>(&address), &size);
-  return ntohs(address.sin_port);
-}
+std::uint16_t NetSocket::port() const noexcept { return socket_.ownAddress().port; }
 
-NetLink::NetLink(const sockaddr_in& server, const std::string& name) : server_(server), socket_(server, false) {
+NetLink::NetLink(const SocketAddress& server, const std::string& name) : server_(server), socket_(server, false) {
   constexpr int kTries = 200;
   LinkState first;
   bool answered = false;
@@ -83,11 +63,11 @@ NetLink::NetLink(const sockaddr_in& server, const std::string& name) : server_(s
 
 bool NetLink::read(LinkState& state) noexcept {
   bool is_new = std::exchange(has_first_, false);
-  sockaddr_in from{};
+  SocketAddress from{};
   for (int n = 0; n < kMostMessages; ++n) {
     const std::optional<NetPacket> packet = socket_.receive(NetPacket::kState, from);
     if (!packet) break;
-    if (!isSame(from, server_)) continue;
+    if (from != server_) continue;
     const auto now = std::chrono::steady_clock::now();
     if (packet->sequence <= last_.sequence && now - heard_ < kForgotten) continue;  // late, or twice
     heard_ = now;
@@ -114,10 +94,7 @@ void NetLink::send(const Wrench& wrench) noexcept {
 }
 
 DeviceServer::DeviceServer(std::uint16_t port, bool allow_remote, const DeviceInfo& info) : renders_torque_(info.renders_torque) {
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(port);
-  address.sin_addr.s_addr = htonl(allow_remote ? INADDR_ANY : INADDR_LOOPBACK);
+  const SocketAddress address{allow_remote ? kAnyHost : kThisHost, port};
   socket_ = std::make_unique<NetSocket>(address, true);
 }
 
@@ -127,12 +104,12 @@ std::uint16_t DeviceServer::port() const noexcept { return socket_->port(); }
 
 Rendered DeviceServer::render(const DeviceState& state) noexcept {
   const double forgotten = std::chrono::duration<double>(kForgotten).count();
-  sockaddr_in from{};
+  SocketAddress from{};
   for (int n = 0; n < kMostMessages; ++n) {
     const std::optional<NetPacket> packet = socket_->receive(NetPacket::kWrench, from);
     if (!packet) break;
     const bool is_free = !was_heard_ || state.time - heard_ > forgotten;  // nobody holds the device
-    if (!is_free && (!isSame(from, socket_->peer) || packet->sequence <= last_)) continue;
+    if (!is_free && (from != socket_->peer || packet->sequence <= last_)) continue;
     socket_->peer = from;
     last_ = packet->sequence;
     wrench_ = packet->wrench;

@@ -15,6 +15,7 @@
 #include "spheretree/formats/gltf.h"
 #include "spheretree/formats/obj.h"
 #include "spheretree/formats/off.h"
+#include "spheretree/formats/path_name.h"
 #include "spheretree/formats/ply.h"
 #include "spheretree/formats/stl.h"
 #include "text/content_kind.h"
@@ -27,7 +28,7 @@ namespace {
 using Kind = MeshKind;
 
 std::optional<Kind> kindOfExtension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
+  std::string extension = toUtf8(path.extension());
   for (char& c : extension)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   if (extension == ".obj") return Kind::Obj;
@@ -93,7 +94,7 @@ MeshFile readMesh(const std::filesystem::path& path, double unit_mm, double gltf
   }
   result.space = spaceOf(bytes);
   if (by_extension && by_extension != kind)
-    result.notes.push_back("Its name ends in " + inQuotes(path.extension().string()) + ", but it holds " + nameOf(kind) +
+    result.notes.push_back("Its name ends in " + inQuotes(toUtf8(path.extension())) + ", but it holds " + nameOf(kind) +
                            " and was read as such.");
   return result;
 }

@@ -1,7 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Loads the runtime as a shared library at run time and presses a tool on an object: what a player in any language
- * does. Usage: haptic_step_in_c LIBRARY TOOL.stree OBJECT.stree      LIBRARY: path of libspheretree_runtime.so */
+ * does. Usage: haptic_step_in_c LIBRARY TOOL.stree OBJECT.stree      LIBRARY: path of libspheretree_runtime.so, on
+ * Windows of spheretree_runtime.dll */
+#ifdef _WIN32
+#include <windows.h>
+#else
 #include <dlfcn.h>
+#endif
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -13,11 +18,25 @@ static void stop(const char* why, int code) {
   fprintf(stderr, "%s\n", why);
   exit(code);
 }
+#ifdef _WIN32
+static void openLibrary(const char* path) {
+  if (!(library = LoadLibraryA(path))) stop("the library cannot be loaded", 3);
+}
+static void* function(const char* name) {
+  void* found = (void*)GetProcAddress(library, name);
+  if (!found) stop(name, 1);
+  return found;
+}
+#else
+static void openLibrary(const char* path) {
+  if (!(library = dlopen(path, RTLD_NOW | RTLD_LOCAL))) stop(dlerror(), 3);
+}
 static void* function(const char* name) {
   void* found = dlsym(library, name);
   if (!found) stop(dlerror(), 1);
   return found;
 }
+#endif
 #define USE(name) __typeof__(&name) p_##name = (__typeof__(&name))function(#name)
 
 static void* readFile(const char* path, size_t* size) {
@@ -35,7 +54,7 @@ static void* readFile(const char* path, size_t* size) {
 
 int main(int argc, char** argv) {
   if (argc != 4) stop("usage: haptic_step_in_c LIBRARY TOOL.stree OBJECT.stree", 2);
-  if (!(library = dlopen(argv[1], RTLD_NOW | RTLD_LOCAL))) stop(dlerror(), 3);
+  openLibrary(argv[1]);
   USE(st_scene_create);
   USE(st_scene_set_tool);
   USE(st_scene_add_object);

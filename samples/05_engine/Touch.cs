@@ -7,7 +7,7 @@ using System.Runtime.InteropServices;
 using System.Threading;
 
 static class Touch {
-  const string Runtime = "libspheretree_runtime.so", Servo = "libspheretree_servo.so";
+  const string Runtime = "spheretree_runtime", Servo = "spheretree_servo";
 
   [StructLayout(LayoutKind.Sequential)]
   struct Pose { public double X, Y, Z, W, Qx, Qy, Qz; }

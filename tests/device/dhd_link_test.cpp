@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dhd_link.h"
 
-#include <dlfcn.h>
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -9,6 +8,7 @@
 #include <limits>
 
 #include "fake_dhd/fake_dhd.h"
+#include "opened_library.h"
 #include "spheretree/device/emergency_stop.h"
 #include "spheretree/device/open_device.h"
 #include "stepped_link.h"
@@ -19,11 +19,11 @@ namespace spheretree::device {
 namespace {
 
 struct DhdDevice : testing::Test {
-  void* library = dlopen(FAKE_DHD, RTLD_NOW | RTLD_LOCAL);
-  FakeDhdState& fake = *reinterpret_cast<decltype(&fake_dhd_state)>(dlsym(library, "fake_dhd_state"))();
+  void* library = test::opened(FAKE_DHD);
+  FakeDhdState& fake = *reinterpret_cast<decltype(&fake_dhd_state)>(test::found(library, "fake_dhd_state"))();
   test::Push push;
 
-  DhdDevice() { reinterpret_cast<decltype(&fake_dhd_reset)>(dlsym(library, "fake_dhd_reset"))(); }
+  DhdDevice() { reinterpret_cast<decltype(&fake_dhd_reset)>(test::found(library, "fake_dhd_reset"))(); }
   void TearDown() override { EXPECT_STREQ(fake.violations, ""); }
   std::unique_ptr<LinkedDevice> device() {
     return std::make_unique<LinkedDevice>(std::make_unique<test::SteppedLink>(std::make_unique<DhdLink>(FAKE_DHD)));
@@ -114,9 +114,9 @@ TEST_F(DhdDevice, SaysWhatIsMissing) {
   const DeviceError none = failureIn([] { DhdLink("/nowhere/libdhd.so"); });
   EXPECT_EQ(none.fault, DeviceFault::LibraryMissing);
   EXPECT_NE(std::string(none.what()).find("--dhd-library"), std::string::npos);
-  if (!dlopen("libdhd.so", RTLD_NOW | RTLD_LOCAL)) {
+  if (!test::opened(dhdLibraryNames().front())) {
     const std::string message = failureIn([] { openDevice("dhd", {}); }).what();
-    for (const char* name : {"libdhd.so: ", "libdhd.so.3: ", "libdrd.so: "}) EXPECT_NE(message.find(name), std::string::npos) << message;
+    for (const std::string& name : dhdLibraryNames()) EXPECT_NE(message.find(name + ": "), std::string::npos) << message;
   }
   fake.unplugged = 1;
   const DeviceError unplugged = failureIn([] { DhdLink(FAKE_DHD); });

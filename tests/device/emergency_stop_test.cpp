@@ -15,8 +15,20 @@ namespace {
 
 using test::Answer;
 
+#ifdef SIGHUP
+constexpr int kClosed = SIGHUP;  // the terminal was closed
+#else
+constexpr int kClosed = SIGBREAK;
+#endif
+
+auto handlerOf(int number) {
+  const auto handler = std::signal(number, SIG_DFL);
+  std::signal(number, handler);
+  return handler;
+}
+
 TEST(EmergencyStop, EverySignalTakesTheForcesOffAtTheNextStep) {
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+  for (const int number : {SIGINT, SIGTERM, kClosed}) {
     EmergencyStop stop;
     SimulatedSettings settings;
     settings.coulomb = 0;
@@ -43,15 +55,12 @@ TEST(EmergencyStop, EverySignalTakesTheForcesOffAtTheNextStep) {
 }
 
 TEST(EmergencyStop, RestoresTheFormerHandlers) {
-  struct sigaction before, inside, after;
-  sigaction(SIGTERM, nullptr, &before);
+  const auto before = handlerOf(SIGTERM);
   {
     EmergencyStop stop;
-    sigaction(SIGTERM, nullptr, &inside);
+    EXPECT_NE(handlerOf(SIGTERM), before);
   }
-  sigaction(SIGTERM, nullptr, &after);
-  EXPECT_EQ(before.sa_handler, after.sa_handler);
-  EXPECT_NE(before.sa_handler, inside.sa_handler);
+  EXPECT_EQ(handlerOf(SIGTERM), before);
 }
 
 TEST(EmergencyStop, StopsADeviceOnItsOwnClock) {
@@ -74,9 +83,7 @@ TEST(EmergencyStop, IsWithdrawnOnlyWithTheLastOne) {
     EXPECT_EQ(EmergencyStop::signal(), 0) << "no signal asked for it";
   }
   EXPECT_TRUE(EmergencyStop::requested()) << "the outer one still stands";
-  struct sigaction now;
-  sigaction(SIGINT, nullptr, &now);
-  EXPECT_NE(now.sa_handler, SIG_DFL) << "the inner one gave back the outer one's handler";
+  EXPECT_NE(handlerOf(SIGINT), SIG_DFL) << "the inner one gave back the outer one's handler";
 }
 
 TEST(EmergencyStop, IsSeenFromAnotherThread) {

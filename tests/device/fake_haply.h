@@ -3,12 +3,16 @@
 // as a test asks.
 #pragma once
 
+#ifdef _WIN32
+#include <winsock2.h>
+#else
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
+#endif
 
 #include <array>
 #include <atomic>
@@ -21,6 +25,24 @@
 
 namespace spheretree::device::test {
 
+#ifdef _WIN32
+using ServerSocket = SOCKET;
+inline int pollOne(WSAPOLLFD& one, int ms) { return ::WSAPoll(&one, 1, ms); }
+inline void closeSocket(ServerSocket socket) { ::closesocket(socket); }
+using Poll = WSAPOLLFD;
+using AddressSize = int;
+using ByteCount = int;
+constexpr int kNoSignal = 0;
+#else
+using ServerSocket = int;
+inline int pollOne(pollfd& one, int ms) { return ::poll(&one, 1, ms); }
+inline void closeSocket(ServerSocket socket) { ::close(socket); }
+using Poll = pollfd;
+using AddressSize = socklen_t;
+using ByteCount = std::size_t;
+constexpr int kNoSignal = MSG_NOSIGNAL;
+#endif
+
 class FakeHaply {
  public:
   enum Mode { kGood, kDrop, kSplit, kFragments, kHuge, kNan, kWrongDevice, kGarbage, kNoGrip, kPing, kClose, kMasked, kNotWebSocket };
@@ -30,11 +52,16 @@ class FakeHaply {
   std::atomic<double> force_x{0}, force_y{0}, force_z{0}, largest{0};  // of the last command; of all [N]
   std::atomic<long> commands{0}, unmasked{0}, pongs{0};
 
-  FakeHaply() : listening_(::socket(AF_INET, SOCK_STREAM, 0)) {
+  FakeHaply() {
+#ifdef _WIN32
+    WSADATA about;
+    if (::WSAStartup(MAKEWORD(2, 2), &about) != 0) std::abort();
+#endif
+    listening_ = ::socket(AF_INET, SOCK_STREAM, 0);
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof address;
+    AddressSize size = sizeof address;
     if (::bind(listening_, reinterpret_cast<sockaddr*>(&address), size) != 0 || ::listen(listening_, 4) != 0) std::abort();
     ::getsockname(listening_, reinterpret_cast<sockaddr*>(&address), &size);
     port_ = ntohs(address.sin_port);
@@ -43,7 +70,7 @@ class FakeHaply {
   ~FakeHaply() {
     stop_ = true;
     thread_.join();
-    ::close(listening_);
+    closeSocket(listening_);
   }
   std::string host() const { return "127.0.0.1:" + std::to_string(port_); }
   /// Waits until `count` commands have come, at most 5 s.
@@ -53,21 +80,23 @@ class FakeHaply {
   }
 
  private:
-  bool waits(int socket) const {
-    pollfd ready{socket, POLLIN, 0};
-    return ::poll(&ready, 1, 10) == 1;
+  bool waits(ServerSocket socket) const {
+    Poll ready{socket, POLLIN, 0};
+    return pollOne(ready, 10) == 1;
   }
-  bool read(int socket, char* to, std::size_t count) const {
+  bool read(ServerSocket socket, char* to, std::size_t count) const {
     for (std::size_t got = 0; got < count;) {
       if (stop_) return false;
       if (!waits(socket)) continue;
-      const ssize_t more = ::recv(socket, to + got, count - got, 0);
+      const auto more = ::recv(socket, to + got, static_cast<ByteCount>(count - got), 0);
       if (more <= 0) return false;
       got += static_cast<std::size_t>(more);
     }
     return true;
   }
-  static void write(int socket, const std::string& bytes) { (void)!::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
+  static void write(ServerSocket socket, const std::string& bytes) {
+    (void)!::send(socket, bytes.data(), static_cast<ByteCount>(bytes.size()), kNoSignal);
+  }
 
   static std::string frame(const std::string& text, unsigned first = 0x81, bool masked = false) {
     std::string out(1, static_cast<char>(first));
@@ -96,7 +125,7 @@ class FakeHaply {
     return text + R"("last":null})";
   }
 
-  void reply(int socket, bool first) {
+  void reply(ServerSocket socket, bool first) {
     const std::string whole = frame(state(first));
     switch (mode.load()) {
       case kDrop:
@@ -127,7 +156,7 @@ class FakeHaply {
     }
   }
 
-  void serve(int socket) {
+  void serve(ServerSocket socket) {
     std::string request;
     for (char byte = 0; !request.ends_with("\r\n\r\n");) {
       if (!read(socket, &byte, 1)) return;
@@ -164,15 +193,15 @@ class FakeHaply {
   void run() {
     while (!stop_) {
       if (!waits(listening_)) continue;
-      const int socket = ::accept(listening_, nullptr, nullptr);
+      const ServerSocket socket = ::accept(listening_, nullptr, nullptr);
       const int on = 1;
-      ::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+      ::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, reinterpret_cast<const char*>(&on), sizeof on);
       serve(socket);
-      ::close(socket);
+      closeSocket(socket);
     }
   }
 
-  int listening_;
+  ServerSocket listening_;
   std::uint16_t port_ = 0;
   std::atomic<bool> stop_{false};
   std::thread thread_;

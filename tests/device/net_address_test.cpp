@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "net_address.h"
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
 
 #include <string>
@@ -28,9 +27,9 @@ TEST(NetAddress, APortIsAWholeNumberUpTo65535) {
 }
 
 TEST(NetAddress, IsHostAndPort) {
-  const sockaddr_in address = addressOf("127.0.0.1:47000", false, "test");
-  EXPECT_EQ(ntohs(address.sin_port), 47000);
-  EXPECT_EQ(ntohl(address.sin_addr.s_addr), INADDR_LOOPBACK);
+  const SocketAddress address = addressOf("127.0.0.1:47000", false, "test");
+  EXPECT_EQ(address.port, 47000);
+  EXPECT_EQ(address.host, kThisHost);
   for (const char* text : {"", ":", "127.0.0.1", "127.0.0.1:", ":47000", "127.0.0.1:0", "127.0.0.1:70000", "127.0.0.1:47000x"})
     EXPECT_EQ(faultOf(text), DeviceFault::Refused) << text;
 }

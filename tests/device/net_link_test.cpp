@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "net_link.h"
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <sys/socket.h>
 
 #include <cstring>
 #include <future>
@@ -104,11 +102,8 @@ TEST_F(NetDevice, AServerThatIsGoneFadesTheForces) {
 TEST_F(NetDevice, StrangersAndOldMessagesAreNotHeard) {
   client->start(push, test::bareSafety(), Clock::Stepped);
   both(50);
-  const int stranger = ::socket(AF_INET, SOCK_DGRAM, 0);
-  sockaddr_in to{};
-  to.sin_family = AF_INET;
-  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  to.sin_port = htons(server.port());
+  Socket stranger(Socket::Kind::Datagrams);
+  const SocketAddress to{kThisHost, server.port()};
   NetPacket packet;
   packet.kind = NetPacket::kWrench;
   packet.sequence = 1'000'000;
@@ -120,11 +115,10 @@ TEST_F(NetDevice, StrangersAndOldMessagesAreNotHeard) {
     std::size_t size = bytes.size();
     if (n % 3 == 1) bytes[random.below(kNetBytes)] ^= std::byte{1};
     if (n % 3 == 2) size = random.below(kNetBytes);
-    ::sendto(stranger, bytes.data(), size, 0, reinterpret_cast<sockaddr*>(&to), sizeof to);
+    stranger.sendTo({reinterpret_cast<const char*>(bytes.data()), size}, to);
     both(1);
     ASSERT_NEAR(served.actuated().force.z(), before, 1e-3) << n;
   }
-  ::close(stranger);
 }
 
 /// Every number of a well-formed message may be anything. SPHERETREE_LONG=1: 10^7.
@@ -135,10 +129,7 @@ TEST_F(NetDevice, NoMessageSendsMoreThanTheLimitsOrAllocates) {
   client.reset();
   for (int n = 0; n < 300; ++n) served.step();
   NetSocket hostile({}, false);
-  sockaddr_in to{};
-  to.sin_family = AF_INET;
-  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  to.sin_port = htons(server.port());
+  const SocketAddress to{kThisHost, server.port()};
   const auto number = [&](double scale) {
     float wild = 0;
     const std::uint32_t bits = static_cast<std::uint32_t>(random.below(1u << 31)) * 2;

@@ -10,7 +10,7 @@
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/gltf.h"
 #include "spheretree/formats/mesh_file.h"
-#include "support/compressed_gltf.h"
+#include "support/gltf_document.h"
 #include "support/mesh_measures.h"
 #include "support/random.h"
 #include "support/shapes.h"
@@ -22,32 +22,9 @@ namespace {
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 
 using Json = nlohmann::json;
+using test::Bent;
+using test::Document;
 using test::has;
-
-/// A document to which accessors of floats are added.
-struct Document {
-  Json json = test::tetrahedronJson();
-  std::string buffer = test::tetrahedronBuffer();
-
-  template <class T>
-  int add(const std::vector<T>& values, const char* type, std::size_t components, int component = 5126, bool normalised = false) {
-    const std::string bytes = test::rawBytes(values);
-    json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", buffer.size()}, {"byteLength", bytes.size()}});
-    json["accessors"].push_back({{"bufferView", json["bufferViews"].size() - 1},
-                                 {"componentType", component},
-                                 {"normalized", normalised},
-                                 {"count", values.size() / components},
-                                 {"type", type}});
-    buffer += bytes;
-    buffer.resize((buffer.size() + 3) / 4 * 4);
-    json["buffers"][0]["byteLength"] = buffer.size();
-    return static_cast<int>(json["accessors"].size()) - 1;
-  }
-  MeshFile read() const { return readGltf(test::charsOf(test::toGlb(json, buffer)), "test.glb"); }
-  std::string refusal() const {
-    return test::refusalOf<FormatError>([&] { read(); });
-  }
-};
 
 TEST(GltfNodes, EachInstanceIsAPartWhereItStands) {
   Document document;
@@ -110,49 +87,6 @@ TEST(GltfNodes, InstancesMayBeQuantisedAndMustAgree) {
   EXPECT_TRUE(has(wrong.refusal(), "4000000 triangles")) << "a million and one instances of four triangles";
 }
 
-/// A bent rod: every vertex is moved by its joints, computed here by the formula of the specification alone.
-struct Bent {
-  TriangleMesh rod = test::boxMesh({0, 0, 0}, {1000, 100, 100});
-  std::vector<Eigen::Vector3d> expected;
-  test::SkinWeights skin;
-  Document document;
-
-  explicit Bent(bool quantised) {
-    rod = test::quartered(test::quartered(rod));
-    const Eigen::Affine3d hip = Eigen::Translation3d(0.2, 0, 1) * Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY());
-    const Eigen::Affine3d knee = hip * Eigen::Translation3d(0.5, 0, 0) * Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ());
-    const Eigen::Affine3d bind[2] = {Eigen::Affine3d::Identity(), Eigen::Affine3d(Eigen::Translation3d(-0.5, 0, 0))};
-    std::vector<float> positions = test::positionsOf(rod), matrices;
-    std::vector<std::uint8_t> weight_bytes;
-    for (const Eigen::Affine3d& m : bind)
-      for (int k = 0; k < 16; ++k) matrices.push_back(static_cast<float>(m.matrix().data()[k]));
-    for (const Eigen::Vector3d& p : rod.positions) {
-      const double share = std::round(std::clamp(p.x() / 1000, 0.0, 1.0) * 255) / 255;
-      skin.joints.insert(skin.joints.end(), {1, 0, 0, 0});
-      skin.weights.insert(skin.weights.end(), {static_cast<float>(share), static_cast<float>(1 - share), 0, 0});
-      weight_bytes.insert(weight_bytes.end(), {static_cast<std::uint8_t>(std::lround(255 * share)),
-                                               static_cast<std::uint8_t>(std::lround(255 * (1 - share))), 0, 0});
-      const Eigen::Vector3d metres = p / 1000;
-      expected.push_back(1000 * (share * (knee * bind[1] * metres) + (1 - share) * (hip * bind[0] * metres)));
-    }
-    document.json["accessors"][0] = {};
-    Json& primitive = document.json["meshes"][0]["primitives"][0];
-    primitive["attributes"]["POSITION"] = document.add(positions, "VEC3", 3);
-    primitive["indices"] = document.add(test::indicesOf(rod), "SCALAR", 1, 5125);
-    primitive["attributes"]["JOINTS_0"] = document.add(skin.joints, "VEC4", 4, 5121);
-    primitive["attributes"]["WEIGHTS_0"] =
-        quantised ? document.add(weight_bytes, "VEC4", 4, 5121, true) : document.add(skin.weights, "VEC4", 4);
-    document.json["skins"] = {{{"joints", {1, 2}}, {"inverseBindMatrices", document.add(matrices, "MAT4", 16)}}};
-    const Eigen::Quaterniond first(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY()));
-    const Eigen::Quaterniond second(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()));
-    const auto turn = [](const Eigen::Quaterniond& q) { return Json{q.x(), q.y(), q.z(), q.w()}; };
-    document.json["nodes"] = {{{"mesh", 0}, {"skin", 0}, {"translation", {50, 60, 70}}},  // has no effect: joints place the mesh
-                              {{"children", {2}}, {"translation", {0.2, 0, 1}}, {"rotation", turn(first)}},
-                              {{"translation", {0.5, 0, 0}}, {"rotation", turn(second)}}};
-    document.json["scenes"] = {{{"nodes", {0, 1}}}};
-  }
-};
-
 TEST(GltfNodes, ASkinStandsInItsRestPose) {
   for (const bool quantised : {false, true}) {
     const Bent bent(quantised);
@@ -168,23 +102,6 @@ TEST(GltfNodes, ASkinStandsInItsRestPose) {
     ASSERT_EQ(file.notes.size(), 1u);
     EXPECT_EQ(file.notes[0], "1 skin was read in the rest pose.");
   }
-}
-
-TEST(GltfNodes, DracoMayHoldJointsAndWeights) {
-  Bent bent(false);
-  const std::string draco = test::dracoBytes(bent.rod, draco::MESH_EDGEBREAKER_ENCODING, 0, bent.skin);
-  const MeshFile plain = bent.document.read();
-  Json& json = bent.document.json;
-  json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", bent.document.buffer.size()}, {"byteLength", draco.size()}});
-  bent.document.buffer += draco;
-  json["buffers"][0]["byteLength"] = bent.document.buffer.size();
-  json["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"] = {
-      {"bufferView", json["bufferViews"].size() - 1}, {"attributes", {{"POSITION", 7}, {"JOINTS_0", 8}, {"WEIGHTS_0", 9}}}};
-  const MeshFile packed = bent.document.read();
-  EXPECT_EQ(packed.mesh.positions.size(), plain.mesh.positions.size());
-  EXPECT_NEAR(test::volumeOf(packed.mesh), test::volumeOf(plain.mesh), 1e-9 * test::volumeOf(plain.mesh));
-  json["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"]["attributes"]["JOINTS_0"] = 9;
-  EXPECT_TRUE(has(bent.document.refusal(), "joints are of a type that does not fit"));
 }
 
 TEST(GltfNodes, WrongSkinsAreRefused) {

@@ -38,16 +38,20 @@ TEST(GltfUris, FilesLieInTheFolderOrBelow) {
   std::filesystem::create_directories(folder / "data");
   std::ofstream(folder / "data" / "a b.bin", std::ios::binary) << "within";
   std::ofstream(scratch.path() / "outside.bin", std::ios::binary) << "outside";
-  std::filesystem::create_symlink(scratch.path() / "outside.bin", folder / "link.bin");
-  std::filesystem::create_symlink(folder / "data", folder / "inner");
-  for (const char* uri : {"data/a%20b.bin", "./data/a b.bin", "inner/a b.bin", "data\\a%20b.bin", ".\\data\\a b.bin"})
+  std::error_code no_links;  // libstdc++ makes none on Windows
+  std::filesystem::create_symlink(scratch.path() / "outside.bin", folder / "link.bin", no_links);
+  std::filesystem::create_symlink(folder / "data", folder / "inner", no_links);
+  for (const char* uri : {"data/a%20b.bin", "./data/a b.bin", "data\\a%20b.bin", ".\\data\\a b.bin"})
     EXPECT_EQ(open(uri, folder), "within") << uri;
   EXPECT_TRUE(has(uriRefusal("../outside.bin", folder), "within the folder"));
   EXPECT_TRUE(has(uriRefusal("..\\outside.bin", folder), "within the folder"));
   EXPECT_TRUE(has(uriRefusal("data/../../outside.bin", folder), "within the folder"));
   EXPECT_TRUE(has(uriRefusal("%2e%2e/outside.bin", folder), "within the folder"));
   EXPECT_TRUE(has(uriRefusal((scratch.path() / "outside.bin").string(), folder), "within the folder"));
-  EXPECT_TRUE(has(uriRefusal("link.bin", folder), "through a link"));
+  if (!no_links) {
+    EXPECT_EQ(open("inner/a b.bin", folder), "within");
+    EXPECT_TRUE(has(uriRefusal("link.bin", folder), "through a link"));
+  }
   EXPECT_TRUE(has(uriRefusal("https://example.com/a.bin", folder), "on this machine"));
   EXPECT_TRUE(has(uriRefusal("data", folder), "plain file"));
   EXPECT_TRUE(has(uriRefusal(std::string("a\0b", 3), folder), "zero character"));

@@ -23,10 +23,10 @@ ROOMS = {
     "core": ("libruntime/core", [], ["Eigen/", "immintrin.h", "cpuid.h"]),
     "runtime": ("libruntime/runtime", ["core"], ["Eigen/", "immintrin.h", "cpuid.h"]),
     "tissue": ("libruntime/tissue", ["core"], ["Eigen/"]),
-    "formats": ("formats", ["core"], ["Eigen/", "nlohmann/", "tiny_gltf.h", "meshoptimizer", "draco/", "sys/", "unistd.h"]),
+    "formats": ("formats", ["core"], ["Eigen/", "nlohmann/", "tiny_gltf.h", "meshoptimizer", "draco/", "sys/", "unistd.h", "io.h", "windows.h"]),
     # Both shared libraries export the C interface: scene.cpp reaches what is behind its handles.
     "scene": ("libruntime/scene", ["core", "runtime", "tissue", "formats"], ["Eigen/", "c_handles.h"]),
-    "device": ("device", ["core"], ["Eigen/", "dlfcn.h", "pthread.h", "sched.h", "sys/", "time.h", "unistd.h", "signal.h", "netinet/", "arpa/", "netdb.h", "poll.h"]),
+    "device": ("device", ["core"], ["Eigen/", "dlfcn.h", "pthread.h", "sched.h", "sys/", "time.h", "unistd.h", "signal.h", "netinet/", "arpa/", "netdb.h", "poll.h", "windows.h", "winsock2.h", "ws2tcpip.h", "mswsock.h"]),
     "servo": ("libruntime/servo", ["core", "runtime", "device"], ["Eigen/"]),
     "builder": ("libspheretree", ["core", "tissue"], ["Eigen/", "CGAL/", "OpenMesh/", "tbb/", "oneapi/", "xxhash", "boost/"]),
 }

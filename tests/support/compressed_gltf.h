@@ -13,28 +13,9 @@
 #include <vector>
 
 #include "spheretree/core/triangle_mesh.h"
-#include "support/sample_gltf.h"
+#include "support/gltf_document.h"
 
 namespace spheretree::test {
-
-/// Four joints and weights for each vertex, if there are any.
-struct SkinWeights {
-  std::vector<std::uint8_t> joints;
-  std::vector<float> weights;
-};
-
-inline std::vector<float> positionsOf(const TriangleMesh& mesh) {  // [m]
-  std::vector<float> numbers;
-  for (const Eigen::Vector3d& p : mesh.positions)
-    for (int axis = 0; axis < 3; ++axis) numbers.push_back(static_cast<float>(p[axis] / 1000));
-  return numbers;
-}
-
-inline std::vector<std::uint32_t> indicesOf(const TriangleMesh& mesh) {
-  std::vector<std::uint32_t> indices;
-  for (const Triangle& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
-  return indices;
-}
 
 inline nlohmann::json plainJson(std::size_t vertices, std::size_t indices, std::size_t bytes) {
   nlohmann::json json = tetrahedronJson();
@@ -44,11 +25,6 @@ inline nlohmann::json plainJson(std::size_t vertices, std::size_t indices, std::
                          {{"buffer", 0}, {"byteOffset", 12 * vertices}, {"byteLength", 4 * indices}}};
   json["buffers"] = {{{"byteLength", bytes}}};
   return json;
-}
-
-template <class T>
-std::string rawBytes(const std::vector<T>& values) {
-  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
 inline std::string plainGlb(const TriangleMesh& mesh) {

@@ -3,6 +3,10 @@
 // program.
 #pragma once
 
+#ifdef _WIN32
+#include <malloc.h>
+#endif
+
 #include <cstdlib>
 #include <new>
 
@@ -12,10 +16,20 @@ namespace spheretree::test {
 
 [[gnu::noinline]] inline void* countedAllocation(std::size_t size, std::size_t alignment) {
   ++allocations;
+#ifdef _WIN32
+  if (void* p = ::_aligned_malloc(size + 1, alignment)) return p;
+#else
   if (void* p = std::aligned_alloc(alignment, (size + alignment) / alignment * alignment)) return p;
+#endif
   throw std::bad_alloc();
 }
-[[gnu::noinline]] inline void countedFree(void* p) { std::free(p); }
+[[gnu::noinline]] inline void countedFree(void* p) {
+#ifdef _WIN32
+  ::_aligned_free(p);
+#else
+  std::free(p);
+#endif
+}
 
 }  // namespace spheretree::test
 

@@ -3,7 +3,9 @@
 // B. A. Turlach, out of Debian's r-cran-quadprog. Opened at run time; nothing of the project needs it.
 #pragma once
 
+#if __has_include(<dlfcn.h>)
 #include <dlfcn.h>
+#endif
 
 #include <algorithm>
 #include <cstddef>
@@ -14,8 +16,10 @@ namespace spheretree::test {
 class QuadprogPeer {
  public:
   QuadprogPeer() {
+#if __has_include(<dlfcn.h>)
     if (void* library = dlopen("/usr/lib/R/site-library/quadprog/libs/quadprog.so", RTLD_NOW | RTLD_LOCAL))
       solve_ = reinterpret_cast<Solve*>(dlsym(library, "qpgen2_"));
+#endif
   }
   bool isThere() const { return solve_ != nullptr; }
 

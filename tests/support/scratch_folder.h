@@ -2,9 +2,8 @@
 // A temporary folder of a test, removed with its content.
 #pragma once
 
-#include <cstdlib>
 #include <filesystem>
-#include <stdexcept>
+#include <random>
 #include <string>
 #include <system_error>
 
@@ -13,9 +12,9 @@ namespace spheretree::test {
 class ScratchFolder {
  public:
   ScratchFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "spheretree_test_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no scratch folder at " + name);
-    path_ = name;
+    std::random_device number;
+    do path_ = std::filesystem::temp_directory_path() / ("spheretree_test_" + std::to_string(number()));
+    while (!std::filesystem::create_directory(path_));  // false: there is one
   }
   ~ScratchFolder() {
     std::error_code ignored;

@@ -1,17 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // haptic-player: plays scenes, and runs the stability scenarios. Options: docs/haptic_player.md
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "command_reference.h"
-#include "comparison/comparison.h"
 #include "generator.h"
 #include "help_formatter.h"
 #include "json_text.h"
@@ -24,9 +19,12 @@
 #include "run/run_notes.h"
 #include "run/serve_device.h"
 #include "run_files.h"
-#include "scenarios/stability.h"
+#include "scenario_command.h"
+#include "spheretree/device/device.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
+#include "spheretree/formats/path_name.h"
+#include "system_calls.h"
 #include "terminal.h"
 #include "view/run_view.h"
 #include "view/view_options.h"
@@ -39,11 +37,11 @@ using namespace spheretree::tool;
 struct Options {
   PlaySettings play;
   ViewOptions view;
-  std::string device, mode = "constrained", tissue = "large", modes = "paper,constrained", contact = "skin", clock = "real", scenario,
-                      quality = "standard", progress = "auto";
-  std::filesystem::path out, cache, chart, measures;
-  double share = 1, seconds = 0;
-  int turned = 1, threads = 0, clutch_button = -1, serve = -1;
+  ScenarioOptions bench;
+  std::string device, mode = "constrained", tissue = "large", contact = "skin", clock = "real", progress = "auto";
+  std::filesystem::path measures;
+  double seconds = 0;
+  int clutch_button = -1, serve = -1;
   bool measure = false, check_realtime = false, force = false, list = false, json = false, quiet = false, gimbal_torque = false;
 };
 
@@ -52,21 +50,6 @@ constexpr double kCheckSeconds = 20;  // length of --check-realtime without anot
 
 runtime::ContactSurface contactOf(const Options& options) {
   return options.contact == "skin" ? runtime::ContactSurface::Skin : runtime::ContactSurface::Leaves;
-}
-
-int listScenarios() {
-  for (const Scenario& s : scenarios()) printResult("%-4s %-12s %s\n", s.id.c_str(), s.alias.c_str(), s.title.c_str());
-  return kExitOk;
-}
-
-/// The selection that a list of names means; an invalid list is a usage error.
-template <class Choose>
-auto chosen(Choose&& choose) {
-  try {
-    return choose();
-  } catch (const std::invalid_argument& unknown) {
-    throw UsageError(unknown.what());
-  }
 }
 
 /// Refuses options that only a window or a picture uses, or only the other mode.
@@ -82,52 +65,13 @@ void refuseUnseenOptions(const CLI::App& cli, const Options& options) {
     throw UsageError("--rate is not for windows and pictures: they show a step for each millisecond");
   if (!options.view.picture.empty() && options.view.replay.empty() && options.clock == "real" && cli.count("--clock") > 0)
     throw UsageError("--clock real is not for --picture: pictures are those of a stepped run");
-  if (options.force && options.out.empty() && options.view.picture.empty()) throw UsageError("--force is for --out and --picture");
+  if (options.force && options.bench.out.empty() && options.view.picture.empty()) throw UsageError("--force is for --out and --picture");
 }
 
-int runBench(const CLI::App& cli, const Options& options, WorkProgress& progress) try {
+int runBench(const CLI::App& cli, const Options& options, WorkProgress& progress) {
   if (!options.device.empty() && options.device != "simulated") throw UsageError("--scenario runs on the simulated device");
   refuseUnseenOptions(cli, options);
-  const std::vector<const Scenario*> scenarios = chosen([&] { return selectScenarios(options.scenario); });
-  const std::vector<Mode> modes = chosen([&] { return modesOf(options.modes); });
-  if (!options.chart.empty()) RunFiles().willWrite(options.chart, {".html"}, "the page");
-  if (!options.out.empty()) {  // checked now, not after minutes
-    RunFiles().makeFolder(options.out);
-    formats::checkWritable(options.out / "stability.json");
-    RunFiles().keepOthers(options.out, [](const std::string& name) {
-      return name == "stability.json" || std::ranges::count(std::array{".stree", ".off", ".csv"}, endingOf(name)) > 0;
-    });
-  }
-  for (const Scenario* scenario : scenarios)
-    if (options.play.rate != 1000 && !scenario->has_rate)
-      throw UsageError("--rate is for the scenarios S1 and S3: " + scenario->id + " has steps of 1 ms. Name those, as --scenario S1,S3");
-  const builder::Quality quality = options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard;
-  BodyLibrary bodies(quality, contactOf(options), progress, options.cache);
-  ScenarioContext context{bodies, {options.share, options.turned, options.play.rate}, progress};
-  if (options.view.isAsked()) {
-    if (scenarios.size() != 1) throw UsageError("--view and --picture show one scenario. Name it, as --scenario F5");
-    return viewScenario(options.view, *scenarios.front(), context, progress);
-  }
-  const int threads = options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  int short_of = 0;
-  if (!options.json) writeResult(tableHead(modes));
-  const std::vector<ScenarioResult> results =
-      runScenarios(scenarios, context, {modes, options.out, threads}, progress, [&](const ScenarioResult& result) {
-        short_of += !holds(result);
-        if (!options.json) writeResult(tableRows(result, modes));
-        std::fflush(stdout);
-      });
-  if (options.json)
-    printResult("%s\n", stabilityJson(results, quality).dump(1).c_str());
-  else
-    printResult("%s, %d fall short in %s mode\n", counted(results.size(), "scenario").c_str(), short_of,
-                std::count(modes.begin(), modes.end(), Mode::Constrained) > 0 ? "constrained" : "some");
-  if (!options.out.empty()) writeStability(options.out, results, quality);
-  if (!options.chart.empty()) writeComparison(options.chart, compareRenderers(context, modes, progress), results, modes);
-  return short_of ? kExitTargetMissed : kExitOk;
-} catch (const builder::Cancelled&) {
-  if (options.out.empty()) throw;
-  return explain(kProgram, kExitInterrupted, "interrupted. The recordings of the scenarios that were finished are kept.");
+  return runScenarioCommand(options.bench, options.play.rate, contactOf(options), options.json, options.view, progress);
 }
 
 void printSummary(const nlohmann::ordered_json& s) {
@@ -301,7 +245,7 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
     if (!input.empty()) files.willRead(input);
   files.willWrite(play_settings.record, {".csv"}, "the recording");
   if (options.seconds > 0) play_settings.seconds = options.seconds;
-  play_settings.status_line = !options.quiet && ::isatty(STDERR_FILENO);
+  play_settings.status_line = !options.quiet && isTerminal(Stream::Error);
   if (options.serve >= 0) {
     if (options.json) throw UsageError("--json is not for --serve, which has no figures");
     serveDevice(play_settings, static_cast<std::uint16_t>(options.serve));
@@ -326,28 +270,28 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
 }
 
 void addScenarioOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
-  cli.add_option("--out", o.out, "With --scenario: folder for stability.json, recordings and models")->needs(scenario);
-  cli.add_option("--modes", o.modes,
+  cli.add_option("--out", o.bench.out, "With --scenario: folder for stability.json, recordings and models")->needs(scenario);
+  cli.add_option("--modes", o.bench.modes,
                  "With --scenario: renderers, separated by commas, of paper, constrained and the published methods points, volume, "
                  "continuous; default "
                  "paper,constrained")
       ->needs(scenario);
-  cli.add_option("--chart", o.chart,
+  cli.add_option("--chart", o.bench.chart,
                  "With --scenario: also compare the --modes on four bodies and three sizes, and write one page (.html); default: none")
       ->needs(scenario);
-  cli.add_option("--cache", o.cache, "With --scenario: folder that keeps the trees for the next run; default: none")->needs(scenario);
-  cli.add_option("--quality", o.quality, "With --scenario: quality of the trees, quick or standard; default standard")
+  cli.add_option("--cache", o.bench.cache, "With --scenario: folder that keeps the trees for the next run; default: none")->needs(scenario);
+  cli.add_option("--quality", o.bench.quality, "With --scenario: quality of the trees, quick or standard; default standard")
       ->check(CLI::IsMember({"quick", "standard"}))
       ->needs(scenario);
-  cli.add_option("--share", o.share, "With --scenario: share of the repetitions of the table of scenarios, 0.001 to 1; default 1")
+  cli.add_option("--share", o.bench.share, "With --scenario: share of the repetitions of the table of scenarios, 0.001 to 1; default 1")
       ->check(numberIn(0.001, 1))
       ->needs(scenario);
-  cli.add_option("--turned", o.turned,
+  cli.add_option("--turned", o.bench.turned,
                  "With --scenario: number of additional runs, each with a fifth of the repetitions, on bodies that are rotated, scaled and "
                  "of other seeds, 0 to 20; default 1")
       ->check(CLI::Range(0, 20))
       ->needs(scenario);
-  cli.add_option("--threads", o.threads,
+  cli.add_option("--threads", o.bench.threads,
                  "With --scenario: threads, which run scenarios and modes at the same time, 0 to 1024; default 0: one for each processor. "
                  "Apart from times, results do not depend on it")
       ->check(CLI::Range(0, 1024))
@@ -437,8 +381,9 @@ void addOptions(CLI::App& cli, Options& o) {
       "  haptic-player scene.json --picture out.png --at 2000            a picture, without a display\n"
       "Exit codes: 0 ok, 1 internal error, 2 usage, 3 file or device cannot be used,\n"
       "  4 input refused, 5 a scenario or real time falls short, 130 interrupted.");
-  CLI::Option* scenario = cli.add_option(
-      "--scenario", o.scenario, "Run stability scenarios, in both modes, instead of a scene: all, or ids and names separated by commas");
+  CLI::Option* scenario =
+      cli.add_option("--scenario", o.bench.scenario,
+                     "Run stability scenarios, in both modes, instead of a scene: all, or ids and names separated by commas");
   cli.add_option(
          "SCENE", o.play.scene,
          "Scene with trees, as `spheretree batch` writes it, or the folder of a batch; default: the built-in sample, a probe over a molar")
@@ -502,19 +447,27 @@ int run(const CLI::App& cli, Options& options) {
   ProgressBar progress(options.progress, options.quiet);
   const InterruptGuard guard(progress);
   const RunFiles files(progress, kProgram, options.force);
-  return options.scenario.empty() ? runPlay(cli, options, progress) : runBench(cli, options, progress);
+  return options.bench.scenario.empty() ? runPlay(cli, options, progress) : runBench(cli, options, progress);
 }
 
-int runProgram(int argc, char** argv) {
+int runProgram(std::vector<std::string> words) {
   CLI::App cli{"Plays a scene of sphere-trees with a haptic device, a simulated hand or a recorded path; measures stability."};
   cli.formatter(std::make_shared<HelpFormatter>());
   Options options;
   addOptions(cli, options);
   try {
-    if (wroteReference(cli, {argv + 1, argv + argc}, kGenerator)) return kExitOk;
-    refuseEmptyWords({argv + 1, argv + argc});
-    cli.parse(argc, argv);
-    if (argc == 1) {
+    if (wroteReference(cli, words, kGenerator)) return kExitOk;
+    refuseEmptyWords(words);
+    const bool is_bare = words.empty();
+    std::reverse(words.begin(), words.end());  // as the parser takes them
+    cli.parse(std::move(words));
+    // The parser makes a path of the bytes one by one, also where a path is UTF-16.
+    PlaySettings& play = options.play;
+    for (std::filesystem::path* path :
+         {&play.scene, &play.trajectory, &play.record, &options.bench.out, &options.bench.cache, &options.bench.chart, &options.measures,
+          &options.view.replay, &options.view.compare, &options.view.picture})
+      *path = formats::toPath(std::string(path->native().begin(), path->native().end()));
+    if (is_bare) {
       options.view.view = canShowWindow();
       if (!options.view.view) std::fprintf(stderr, "haptic-player: %s\n", whyNoWindow());
     }
@@ -535,5 +488,6 @@ int runProgram(int argc, char** argv) {
 }  // namespace spheretree::player
 
 int main(int argc, char** argv) {
-  return spheretree::tool::runAndExplain(spheretree::player::kProgram, [&] { return spheretree::player::runProgram(argc, argv); });
+  return spheretree::tool::runAndExplain(spheretree::player::kProgram,
+                                         [&] { return spheretree::player::runProgram(spheretree::tool::commandLine(argc, argv)); });
 }

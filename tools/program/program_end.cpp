@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "program_end.h"
 
-#include <poll.h>
 #include <time.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <csignal>
@@ -13,8 +11,9 @@
 #include <iostream>
 #include <new>
 
-#include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/builder/build_settings.h"
 #include "spheretree/formats/errors.h"
+#include "system_calls.h"
 #include "terminal.h"
 
 namespace spheretree::tool {
@@ -41,14 +40,8 @@ extern "C" void interrupt(int signal) {
     if (builder::Progress* progress = running.load()) progress->cancel();
   } else if (now - first > kSameInterrupt) {
     std::signal(signal, SIG_DFL);
-    ::raise(signal);  // delivered when the handler returns
+    std::raise(signal);  // delivered when the handler returns
   }
-}
-
-/// Whether the reader has closed the pipe, as `head` does after its lines.
-bool readerHasGone() {
-  pollfd out{STDOUT_FILENO, POLLOUT, 0};
-  return ::poll(&out, 1, 0) == 1 && (out.revents & POLLERR) != 0;
 }
 
 /// A full disk or a closed pipe is only noticed when the buffer is written.
@@ -63,22 +56,13 @@ int flushed(const std::string& program, int code) {
 InterruptGuard::InterruptGuard(builder::Progress& progress) {
   running.store(&progress);
   interrupted_at.store(0);
-  struct sigaction action {};
-  action.sa_handler = interrupt;
-  for (const int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
-  // Handles a terminal that is closed, unless the program was started with nohup.
-  struct sigaction hang_up {};
-  ::sigaction(SIGHUP, nullptr, &hang_up);
-  if (hang_up.sa_handler == SIG_DFL) ::sigaction(SIGHUP, &action, nullptr);
+  catchInterrupts(interrupt);
 }
 
 InterruptGuard::~InterruptGuard() {
   running.store(nullptr);
   if (interrupted_at.load() != 0) return;  // the program ends: the rest of the same interrupt must not cut off its message
-  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
-  struct sigaction hang_up {};
-  ::sigaction(SIGHUP, nullptr, &hang_up);
-  if (hang_up.sa_handler == interrupt) std::signal(SIGHUP, SIG_DFL);
+  releaseInterrupts(interrupt);
 }
 
 int explain(const std::string& program, int code, const std::string& message) {
@@ -88,9 +72,7 @@ int explain(const std::string& program, int code, const std::string& message) {
 }
 
 int runAndExplain(const std::string& program, const std::function<int()>& run) {
-  // Writing beyond a limit or to a closed pipe then fails with an error, which is reported and leaves no incomplete
-  // file.
-  for (const int signal : {SIGXFSZ, SIGPIPE}) std::signal(signal, SIG_IGN);
+  prepareStreams();
   try {
     return flushed(program, run());
   } catch (const UsageError& error) {

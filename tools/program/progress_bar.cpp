@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "progress_bar.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "json_text.h"
+#include "system_calls.h"
 #include "terminal.h"
 
 namespace spheretree::tool {
@@ -44,7 +43,7 @@ ProgressBar::ProgressBar(const std::string& kind, bool quiet) {
   else if (terminalColumns() > 0)
     kind_ = Kind::Bar;
   else
-    kind_ = ::isatty(STDERR_FILENO) ? Kind::Plain : Kind::None;  // a terminal that cannot overwrite its line
+    kind_ = isTerminal(Stream::Error) ? Kind::Plain : Kind::None;  // a terminal that cannot overwrite its line
 }
 
 ProgressBar::~ProgressBar() { clearProgressLine(); }

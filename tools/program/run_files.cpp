@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "run_files.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <fstream>
 #include <map>
@@ -15,6 +12,8 @@
 #include "program_end.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/formats/file_io.h"
+#include "spheretree/formats/path_name.h"
+#include "system_calls.h"
 
 namespace spheretree::tool {
 namespace {
@@ -50,7 +49,7 @@ class Ledger : public formats::FileObserver {
     const std::lock_guard lock(mutex);
     refuseInputs(path, id);
     if (role == formats::FileRole::User && written_.count(target) > 0)
-      throw UsageError(path.string() + ": was written by this run already. Give each output a name of its own.");
+      throw UsageError(formats::toUtf8(path) + ": was written by this run already. Give each output a name of its own.");
   }
 
   void onComplete(const fs::path& path, const fs::path& target, const fs::path& complete, formats::FileRole role) override {
@@ -77,11 +76,8 @@ class Ledger : public formats::FileObserver {
     const std::string line = lineOf(target, bytes);
     if (isNoted(target, line)) return;
     const fs::path record = target.parent_path() / kRecordName;
-    const int file = ::open(record.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0666);
-    const std::string text = line + '\n';
-    const bool is_written = file >= 0 && ::write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-    if (file >= 0) ::close(file);
-    if (!is_written) throw formats::FileError(record.string() + ": cannot be written. Check its permissions and the space on the disk.");
+    if (!appendToFile(record, line + '\n'))
+      throw formats::FileError(formats::toUtf8(record) + ": cannot be written. Check its permissions and the space on the disk.");
   }
 
   void declareMade(const fs::path& path, std::span<const std::byte> bytes) {
@@ -91,7 +87,7 @@ class Ledger : public formats::FileObserver {
     const std::vector<std::byte> there = contentOf(target);
     if (!bytes.empty() && std::equal(there.begin(), there.end(), bytes.begin(), bytes.end())) return;
     if (isNoted(target, lineOf(target, there))) return;
-    throw UsageError(path.string() +
+    throw UsageError(formats::toUtf8(path) +
                      ": is no unedited result of an earlier run of this command, so it is not replaced. Move it away, write to another "
                      "folder, or give --force to replace it.");
   }
@@ -117,7 +113,8 @@ class Ledger : public formats::FileObserver {
     const auto other =
         std::find_if(declared_.begin(), declared_.end(), [&](const auto& d) { return d.first == target || (id && d.second.id == id); });
     if (other != declared_.end())
-      throw UsageError(path.string() + ": is named for two outputs (" + other->second.name.string() + "). Give each a name of its own.");
+      throw UsageError(formats::toUtf8(path) + ": is named for two outputs (" + formats::toUtf8(other->second.name) +
+                       "). Give each a name of its own.");
     formats::checkWritable(path);
     // A device or a pipe may be used for several outputs.
     if (id || !fs::exists(path)) declared_.emplace(target, Output{path, id});
@@ -133,11 +130,12 @@ class Ledger : public formats::FileObserver {
     if (!id) return;
     const auto input = read_.find(*id);
     if (input != read_.end())
-      throw UsageError(path.string() + ": would be written over " + input->second.string() + ", which is read. Give another name.");
+      throw UsageError(formats::toUtf8(path) + ": would be written over " + formats::toUtf8(input->second) +
+                       ", which is read. Give another name.");
   }
 
   std::string lineOf(const fs::path& target, std::span<const std::byte> bytes) const {
-    std::string text = command + '\0' + target.filename().string() + '\0' + toHex(builder::bytesHash(bytes));
+    std::string text = command + '\0' + formats::toUtf8(target.filename()) + '\0' + toHex(builder::bytesHash(bytes));
     return toHex(builder::bytesHash(bytesOf(text)));
   }
 
@@ -207,8 +205,8 @@ void RunFiles::willWrite(const fs::path& output, std::initializer_list<const cha
   std::error_code none;
   const bool is_device = fs::exists(output, none) && !fs::is_regular_file(output, none);  // or a folder, which is refused below
   if (!isDash(output) && !is_device && std::find(endings.begin(), endings.end(), endingOf(output)) == endings.end())
-    throw UsageError(output.string() + ": the name of " + what + " must end in " + all + ".");
-  if (isDash(output) && !is_text && ::isatty(STDOUT_FILENO))
+    throw UsageError(formats::toUtf8(output) + ": the name of " + what + " must end in " + all + ".");
+  if (isDash(output) && !is_text && isTerminal(Stream::Output))
     throw UsageError("standard output is a terminal, and " + what + " is no text. Redirect it, or name a file.");
   willWrite(output);
 }
@@ -229,7 +227,7 @@ void RunFiles::keepOthers(const fs::path& folder, const std::function<bool(const
   std::error_code none;
   std::set<fs::path> found;
   for (fs::directory_iterator at(folder.empty() ? "." : folder, none), end; !none && at != end; at.increment(none))
-    if (may_be_made(at->path().filename().string())) found.insert(folder / at->path().filename());
+    if (may_be_made(formats::toUtf8(at->path().filename()))) found.insert(folder / at->path().filename());
   for (const fs::path& file : found) keepEdits(file);
 }
 
@@ -244,7 +242,7 @@ void RunFiles::makeFolder(const fs::path& folder) const {
 }
 
 std::string endingOf(const fs::path& path) {
-  std::string ending = path.extension().string();
+  std::string ending = formats::toUtf8(path.extension());
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
   return ending;

@@ -72,6 +72,6 @@ class RunFiles {
 std::string endingOf(const std::filesystem::path& path);
 
 /// "-": standard input or output.
-inline bool isDash(const std::filesystem::path& path) { return path.native() == "-"; }
+inline bool isDash(const std::filesystem::path& path) { return path == "-"; }
 
 }  // namespace spheretree::tool

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "terminal.h"
 
-#include <sys/ioctl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <mutex>
+
+#include "system_calls.h"
 
 namespace spheretree::tool {
 namespace {
@@ -73,10 +72,10 @@ void say(std::string_view line) {
 }
 
 int terminalColumns() {
-  if (!::isatty(STDERR_FILENO)) return 0;
+  if (!isTerminal(Stream::Error)) return 0;
   if (const char* term = std::getenv("TERM"); term && std::string_view(term) == "dumb") return 0;
-  winsize size{};
-  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+  const int width = terminalWidth();
+  return width > 0 ? width : 80;
 }
 
 void drawProgressLine(std::string_view text, int columns) {

@@ -8,6 +8,7 @@
 #include "gltf/gltf_json.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
+#include "spheretree/formats/path_name.h"
 #include "text/text_scan.h"
 
 namespace spheretree::formats {
@@ -73,13 +74,13 @@ std::filesystem::path GltfUris::resolve(const std::string& uri, const std::strin
   };
   if (folder_.empty()) refuseUri("is another file, which is not read here");
   if (uri.find("://") != std::string::npos) refuseUri("is not a file on this machine");
-  const std::filesystem::path relative(uri);
+  const std::filesystem::path relative = toPath(uri);
   if (relative.empty() || relative.is_absolute() || std::find(relative.begin(), relative.end(), "..") != relative.end())
     refuseUri("does not stay within the folder of the glTF file");
   std::error_code error;
   const std::filesystem::path path = std::filesystem::canonical(folder_ / relative, error);
   if (error)
-    throw FileError((folder_ / relative).string() + ": cannot be read: " + error.message() + ". " + assembly_.name() +
+    throw FileError(toUtf8(folder_ / relative) + ": cannot be read: " + error.message() + ". " + assembly_.name() +
                     " needs this buffer: put it next to the file, or export a GLB.");
   const std::filesystem::path base = std::filesystem::canonical(folder_, error);
   if (error || std::mismatch(base.begin(), base.end(), path.begin(), path.end()).first != base.end())

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "spheretree/formats/file_io.h"
+#include "spheretree/formats/path_name.h"
 #include "text/json_element.h"
 
 namespace spheretree::formats {
@@ -54,7 +55,7 @@ ScanLabels parseScanLabels(std::string_view text, const std::string& name) {
 
 ScanLabels readScanLabels(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = readFile(path);
-  return parseScanLabels({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path.string());
+  return parseScanLabels({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, toUtf8(path));
 }
 
 }  // namespace spheretree::formats

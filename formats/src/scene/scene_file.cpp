@@ -9,6 +9,7 @@
 
 #include "spheretree/core/tissue.h"
 #include "spheretree/formats/file_io.h"
+#include "spheretree/formats/path_name.h"
 #include "spheretree/formats/safe_name.h"
 #include "text/json_element.h"
 #include "text/json_layout.h"
@@ -141,7 +142,7 @@ SceneItem readItem(const JsonElement& e) {
   if (!e.has("mesh") && !e.has("tree")) e.fail("has neither \"mesh\" nor \"tree\"");
   for (const auto& [key, path] : {std::pair("mesh", &item.mesh), std::pair("tree", &item.tree)}) {
     if (!e.has(key)) continue;
-    *path = shortText(e.at(key));
+    *path = toPath(shortText(e.at(key)));
     if (path->empty()) e.at(key).fail("is empty");
   }
   if (e.has("unit")) {
@@ -325,7 +326,7 @@ void readBodies(const JsonElement& root, SceneFile& scene) {
     if (e.has("pose_csv") == e.has("hinge"))
       e.fail(e.has("hinge") ? "has both \"pose_csv\" and \"hinge\"" : "has neither \"pose_csv\" nor \"hinge\"");
     if (e.has("hinge")) body.hinge = readHinge(e.at("hinge"));
-    if (e.has("pose_csv")) body.pose_csv = shortText(e.at("pose_csv"));
+    if (e.has("pose_csv")) body.pose_csv = toPath(shortText(e.at("pose_csv")));
     if (e.has("pose_csv") && body.pose_csv.empty()) e.at("pose_csv").fail("is empty");
     scene.bodies.push_back(std::move(body));
   }
@@ -447,8 +448,8 @@ void addSettings(OrderedJson& out, const TreeSettings& s) {
 
 OrderedJson toJson(const SceneItem& item) {
   OrderedJson out{{"name", item.name}};
-  if (!item.tree.empty()) out["tree"] = item.tree.string();
-  if (!item.mesh.empty()) out["mesh"] = item.mesh.string();
+  if (!item.tree.empty()) out["tree"] = toUtf8(item.tree);
+  if (!item.mesh.empty()) out["mesh"] = toUtf8(item.mesh);
   if (!item.unit.empty()) out["unit"] = item.unit;
   if (!item.part.empty()) out["part"] = item.part;
   if (!item.body.empty()) out["body"] = item.body;
@@ -459,7 +460,7 @@ OrderedJson toJson(const SceneItem& item) {
 
 OrderedJson toJson(const SceneBody& body) {
   OrderedJson out{{"name", body.name}};
-  if (!body.pose_csv.empty()) out["pose_csv"] = body.pose_csv.string();
+  if (!body.pose_csv.empty()) out["pose_csv"] = toUtf8(body.pose_csv);
   if (!body.hinge) return out;
   OrderedJson angles = OrderedJson::array();
   for (const Hinge::Angle& angle : body.hinge->angles) angles.push_back(OrderedJson::array({angle.t_s, angle.degree}));
@@ -593,7 +594,7 @@ SceneFile parseScene(std::string_view text, const std::string& name) {
 
 SceneFile readScene(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = readFile(path, kMaxBytes);
-  return parseScene({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path.string());
+  return parseScene({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, toUtf8(path));
 }
 
 std::string sceneText(const SceneFile& scene) {

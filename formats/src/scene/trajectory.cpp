@@ -10,6 +10,7 @@
 
 #include "spheretree/formats/csv_table.h"
 #include "spheretree/formats/file_io.h"
+#include "spheretree/formats/path_name.h"
 #include "text/text_scan.h"
 
 namespace spheretree::formats {
@@ -113,7 +114,7 @@ Trajectory parseTrajectory(std::string_view text, const std::string& name) { ret
 
 Trajectory readTrajectory(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = readFile(path);
-  return parseTrajectory({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path.string());
+  return parseTrajectory({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, toUtf8(path));
 }
 
 }  // namespace spheretree::formats

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "spheretree/formats/file_io.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,6 +12,8 @@
 #include <utility>
 
 #include "spheretree/formats/errors.h"
+#include "spheretree/formats/path_name.h"
+#include "text/file_calls.h"
 #include "text/temporary_file.h"
 
 namespace spheretree::formats {
@@ -23,29 +23,32 @@ std::string reason(int error) { return std::generic_category().message(error); }
 
 std::atomic<FileObserver*> observer{nullptr};
 
-bool isDash(const std::filesystem::path& path) { return path.native() == "-"; }
+bool isDash(const std::filesystem::path& path) { return path == "-"; }
 
 [[noreturn]] void failRead(const std::filesystem::path& path, int error) {
   const std::string advice =
-      error == EISDIR ? "Name files in it, such as " + (path / "*").string() + " does." : "Check the name and the permissions.";
+      error == EISDIR ? "Name files in it, such as " + toUtf8(path / "*") + " does." : "Check the name and the permissions.";
   throw FileError(shownName(path) + ": cannot be read: " + reason(error) + ". " + advice);
 }
 
 [[noreturn]] void failWrite(const std::filesystem::path& path, int error) {
-  const char* advice = error == ENOSPC || error == EDQUOT    ? "Free some space or write elsewhere."
+  const char* advice = isFullDisk(error)                     ? "Free some space or write elsewhere."
                        : error == ENOENT || error == ENOTDIR ? "Create the folder first."
                        : error == EISDIR                     ? "Name a file, not a folder."
                        : error == EFBIG ? "It would be larger than the limit of the shell (ulimit -f) or the file system."
                        : error == EPIPE ? "Its reader has ended."
                        : error == ELOOP ? "Its links lead in a circle."
                                         : "Check the folder's permissions or write elsewhere.";
-  throw FileError((isDash(path) ? "standard output" : path.string()) + ": cannot be written: " + reason(error) + ". " + advice);
+  throw FileError((isDash(path) ? "standard output" : toUtf8(path)) + ": cannot be written: " + reason(error) + ". " + advice);
 }
+
+/// What one call reads or writes.
+unsigned portion(std::size_t bytes) { return static_cast<unsigned>(std::min<std::size_t>(bytes, std::size_t{1} << 30)); }
 
 /// Returns 0 or an errno.
 int writeAll(int fd, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
-    const ssize_t written = ::write(fd, bytes.data(), std::min<std::size_t>(bytes.size(), std::size_t{1} << 30));
+    const ssize_t written = ::write(fd, bytes.data(), portion(bytes.size()));
     if (written < 0) {
       if (errno == EINTR) continue;
       return errno;
@@ -56,13 +59,13 @@ int writeAll(int fd, std::span<const std::byte> bytes) {
 }
 
 /// Whether `path` exists; throws for targets that cannot be written to.
-bool statTarget(const std::filesystem::path& path, struct stat& status) {
-  if (::stat(path.c_str(), &status) != 0) {
-    if (errno != ENOENT) failWrite(path, errno);
+bool statTarget(const std::filesystem::path& path, FileStatus& status) {
+  if (const int error = findStatus(path, status)) {
+    if (error != ENOENT) failWrite(path, error);
     return false;
   }
-  if (S_ISDIR(status.st_mode)) failWrite(path, EISDIR);
-  if (::access(path.c_str(), W_OK) != 0) failWrite(path, errno);
+  if (status.kind == FileKind::Folder) failWrite(path, EISDIR);
+  if (const int error = checkReplaceable(path)) failWrite(path, error);
   return true;
 }
 
@@ -71,7 +74,7 @@ int readAll(int fd, std::vector<std::byte>& bytes, std::uint64_t max_bytes) {
   std::size_t used = 0;
   for (;;) {
     if (used == bytes.size()) bytes.resize(bytes.size() * 2);
-    const ssize_t count = ::read(fd, bytes.data() + used, std::min<std::size_t>(bytes.size() - used, std::size_t{1} << 30));
+    const ssize_t count = ::read(fd, bytes.data() + used, portion(bytes.size() - used));
     if (count < 0) {
       if (errno != EINTR) return errno;
       if (FileObserver* o = observer.load()) o->checkInterrupted();
@@ -86,61 +89,53 @@ int readAll(int fd, std::vector<std::byte>& bytes, std::uint64_t max_bytes) {
 }
 
 /// Opening a named pipe waits for its writer.
-int openToRead(const std::filesystem::path& path) {
-  if (isDash(path)) return ::fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 3);
+int openInput(const std::filesystem::path& path) {
+  if (isDash(path)) return duplicateStandard(STDIN_FILENO);
   for (;;) {
     if (FileObserver* o = observer.load()) o->checkInterrupted();
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    const int fd = openToRead(path);
     if (fd >= 0 || errno != EINTR) return fd;
   }
 }
 
-/// A rename survives a power failure only after the folder is synced. Some file systems cannot sync folders; the file
-/// is complete in any case.
-void syncFolder(const std::filesystem::path& folder) {
-  const Descriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (descriptor.get() >= 0) ::fsync(descriptor.get());
-}
-
 /// Whether `path` is a regular file with exactly these bytes.
 bool holds(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
-  struct stat status {};
-  if (file.get() < 0 || ::fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode)) return false;
-  if (static_cast<std::uint64_t>(status.st_size) != bytes.size()) return false;
+  const Descriptor file(openAtOnce(path));
+  FileStatus status;
+  if (file.get() < 0 || findStatus(file.get(), status) != 0 || status.kind != FileKind::Regular) return false;
+  if (status.size != bytes.size()) return false;
   std::vector<std::byte> there(bytes.size() + 1);
   return readAll(file.get(), there, bytes.size()) == 0 && std::equal(there.begin(), there.end(), bytes.begin(), bytes.end());
 }
 
-FileId idOf(const struct stat& status) { return {static_cast<std::uint64_t>(status.st_dev), static_cast<std::uint64_t>(status.st_ino)}; }
-
 }  // namespace
 
-std::string shownName(const std::filesystem::path& path) { return isDash(path) ? "standard input" : path.string(); }
+std::string shownName(const std::filesystem::path& path) { return isDash(path) ? "standard input" : toUtf8(path); }
 
 FileObserver* setFileObserver(FileObserver* next) noexcept { return observer.exchange(next); }
 
 std::optional<FileId> idOf(const std::filesystem::path& path) {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) return std::nullopt;
-  return idOf(status);
+  FileStatus status;
+  if (findStatus(path, status) != 0 || status.kind != FileKind::Regular) return std::nullopt;
+  return FileId{status.device, status.inode};
 }
 
 std::vector<std::byte> readFile(const std::filesystem::path& path, std::uint64_t max_bytes, FileRole role) {
-  const Descriptor file(openToRead(path));
+  const Descriptor file(openInput(path));
   if (file.get() < 0) failRead(path, errno);
-  struct stat status {};
-  if (::fstat(file.get(), &status) != 0) failRead(path, errno);
-  if (S_ISDIR(status.st_mode)) failRead(path, EISDIR);
+  FileStatus status;
+  if (const int error = findStatus(file.get(), status)) failRead(path, error);
+  if (status.kind == FileKind::Folder) failRead(path, EISDIR);
+  const bool is_regular = status.kind == FileKind::Regular;
   FileObserver* const told = observer.load();
-  if (told && role == FileRole::User && S_ISREG(status.st_mode)) told->onRead(path, idOf(status));
+  if (told && role == FileRole::User && is_regular) told->onRead(path, {status.device, status.inode});
   const auto refuseSize = [&] {
     throw FileError(shownName(path) + ": has more than " + std::to_string(max_bytes) + " bytes, the limit for such a file.");
   };
-  if (S_ISREG(status.st_mode) && static_cast<std::uint64_t>(status.st_size) > max_bytes) refuseSize();
+  if (is_regular && status.size > max_bytes) refuseSize();
 
   // The size is only a first guess: pipes have none, and a file may change while it is read.
-  std::vector<std::byte> bytes(S_ISREG(status.st_mode) ? static_cast<std::size_t>(status.st_size) + 1 : std::size_t{1} << 16);
+  std::vector<std::byte> bytes(is_regular ? static_cast<std::size_t>(status.size) + 1 : std::size_t{1} << 16);
   if (const int error = readAll(file.get(), bytes, max_bytes)) failRead(path, error);
   if (bytes.size() > max_bytes) refuseSize();
   return bytes;
@@ -159,24 +154,24 @@ std::filesystem::path linkTarget(const std::filesystem::path& path) {
 
 void checkWritable(const std::filesystem::path& path) {
   if (isDash(path)) return;
-  struct stat status {};
+  FileStatus status;
   if (statTarget(path, status)) return;
   if (!path.has_filename()) failWrite(path, EISDIR);
-  if (::access(linkTarget(path).parent_path().c_str(), W_OK | X_OK) != 0) failWrite(path, errno);
+  if (const int error = checkFolder(linkTarget(path).parent_path())) failWrite(path, error);
 }
 
 void makeFolder(const std::filesystem::path& path) {
   std::error_code error;
   std::filesystem::create_directories(path, error);
-  if (error) throw FileError(path.string() + ": cannot be made: " + error.message() + ". Choose another folder.");
+  if (error) throw FileError(toUtf8(path) + ": cannot be made: " + error.message() + ". Choose another folder.");
 }
 
 struct WholeFile::State {
   std::filesystem::path path, target, temporary;  // as requested; with links followed; the file that is written, empty: written directly
   Descriptor file;
   FileRole role;
-  bool keep_mode;
-  mode_t mode;
+  bool keep_permissions;
+  unsigned permissions;
 
   const bool is_straight = temporary.empty();
   std::filesystem::path folder() const;  // the folder of the target
@@ -185,10 +180,10 @@ struct WholeFile::State {
 };
 
 WholeFile::WholeFile(const std::filesystem::path& path, FileRole role) {
-  struct stat status {};
+  FileStatus status;
   const bool exists = !isDash(path) && statTarget(path, status);
-  if (isDash(path) || (exists && !S_ISREG(status.st_mode))) {  // standard output, a device or a pipe
-    const int fd = isDash(path) ? ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 3) : ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  if (isDash(path) || (exists && status.kind != FileKind::Regular)) {  // standard output, a device or a pipe
+    const int fd = isDash(path) ? duplicateStandard(STDOUT_FILENO) : openToWrite(path);
     if (fd < 0) failWrite(path, errno);
     state_.reset(new State{path, path, {}, Descriptor(fd), role, false, 0});
     return;
@@ -199,11 +194,14 @@ WholeFile::WholeFile(const std::filesystem::path& path, FileRole role) {
   const std::filesystem::path folder = target.has_parent_path() ? target.parent_path() : std::filesystem::path(".");
   TemporaryFile temporary = createTemporary(folder);
   if (temporary.file.get() < 0) failWrite(path, temporary.error);
-  state_.reset(new State{path, std::move(target), std::move(temporary.path), std::move(temporary.file), role, exists, status.st_mode});
+  state_.reset(new State{path, std::move(target), std::move(temporary.path), std::move(temporary.file), role, exists, status.permissions});
 }
 
 WholeFile::~WholeFile() {
-  if (state_ && !state_->temporary.empty()) ::unlink(state_->temporary.c_str());
+  if (!state_ || state_->temporary.empty()) return;
+  { const Descriptor closed = std::move(state_->file); }  // Windows removes no open file
+  std::error_code ignored;
+  std::filesystem::remove(state_->temporary, ignored);
 }
 
 void WholeFile::append(std::span<const std::byte> bytes) {
@@ -214,8 +212,8 @@ void WholeFile::append(std::string_view text) { append(std::as_bytes(std::span<c
 
 void WholeFile::State::finish(bool sync) {
   int error = 0;
-  if (!is_straight && keep_mode && ::fchmod(file.get(), mode & 07777) != 0) error = errno;
-  if (!is_straight && sync && !error && ::fsync(file.get()) != 0) error = errno;
+  if (!is_straight && keep_permissions) error = setPermissions(file.get(), permissions);
+  if (!is_straight && (sync || !canSyncDisk()) && !error) error = syncFile(file.get());
   const int close_error = file.close();
   if (!error) error = close_error;
   if (error) failWrite(path, error);
@@ -225,7 +223,7 @@ void WholeFile::State::publish() {
   if (is_straight) return;
   FileObserver* const told = observer.load();
   if (told) told->onComplete(path, target, temporary, role);
-  if (::rename(temporary.c_str(), target.c_str()) != 0) failWrite(path, errno);
+  if (const int error = replaceFile(temporary, target)) failWrite(path, error);
   temporary.clear();
   if (told) told->onWritten(target, role);
 }
@@ -258,10 +256,8 @@ void WholeFiles::commit() {
   std::set<std::filesystem::path> folders;
   for (const auto& file : files_)
     if (!file->state_->is_straight) folders.insert(file->state_->folder());
-  for (const std::filesystem::path& folder : folders) {
-    const Descriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    if (descriptor.get() < 0 || ::syncfs(descriptor.get()) != 0) failWrite(folder, errno);
-  }
+  for (const std::filesystem::path& folder : folders)
+    if (const int error = syncDisk(folder)) failWrite(folder, error);
   for (const auto& file : files_) file->state_->publish();
   for (const std::filesystem::path& folder : folders) syncFolder(folder);
   files_.clear();

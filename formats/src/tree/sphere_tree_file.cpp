@@ -7,6 +7,7 @@
 #include "spheretree/core/tissue_codec.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
+#include "spheretree/formats/path_name.h"
 
 namespace spheretree::formats {
 
@@ -20,7 +21,7 @@ namespace {
 }  // namespace
 
 SphereTree readSphereTree(const std::filesystem::path& path) {
-  return parseSphereTree(readFile(path, path.extension() == ".soft" ? kMaxSoftBytes : kMaxTreeBytes), path.string());
+  return parseSphereTree(readFile(path, path.extension() == ".soft" ? kMaxSoftBytes : kMaxTreeBytes), toUtf8(path));
 }
 
 SphereTree parseSphereTree(std::span<const std::byte> bytes, const std::string& name) {

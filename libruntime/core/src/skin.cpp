@@ -8,6 +8,7 @@
 
 #include "describe.h"
 #include "search_tree_spheres.h"
+#include "spheretree/core/float_vector.h"
 #include "spheretree/core/rounding.h"
 
 namespace spheretree {
@@ -160,7 +161,7 @@ Vector3f unpackNormal(const PackedNormal& packed) {
   const float x = static_cast<float>(packed[0]) * kScale, y = static_cast<float>(packed[1]) * kScale, z = 1 - std::abs(x) - std::abs(y),
               fold = std::max(-z, 0.0f);
   const Vector3f n(x - signOf(x) * fold, y - signOf(y) * fold, z);
-  return n / std::sqrt(n.squaredNorm());
+  return n / lengthOf(n);
 }
 
 namespace {
@@ -227,7 +228,7 @@ float swingOf(const Skin& skin, const SkinEdge& edge) {
 float allowanceOf(const SkinPatch& patch, float tolerance) {
   constexpr auto kSameNormal = static_cast<float>(2 * kNormalError);  // largest distance of two packed forms of one direction
   for (std::size_t k = 0; k < 6; ++k)
-    if ((patch.normal[k] - patch.normal[0]).squaredNorm() > kSameNormal * kSameNormal) return tolerance;
+    if (squareOf(patch.normal[k] - patch.normal[0]) > kSameNormal * kSameNormal) return tolerance;
   for (std::size_t k = 0; k < 3; ++k)  // rounded like a middle without an offset in patchOf()
     if (patch.position[3 + k] != 0.5f * (patch.position[k] + patch.position[(k + 1) % 3])) return tolerance;
   return 0;
@@ -238,7 +239,7 @@ float allowanceOf(const SkinPatch& patch, float tolerance) {
 Sphere enclose(const SkinPatch& patch) {
   const Vector3f &a = patch.position[0], &b = patch.position[1], &c = patch.position[2];
   const Vector3f ab = b - a, ac = c - a;
-  const float ab2 = ab.squaredNorm(), ac2 = ac.squaredNorm(), bc2 = (c - b).squaredNorm();
+  const float ab2 = squareOf(ab), ac2 = squareOf(ac), bc2 = squareOf(c - b);
   Vector3f centre;
   if (ab2 + ac2 <= bc2) {
     centre = 0.5f * (b + c);
@@ -254,7 +255,7 @@ Sphere enclose(const SkinPatch& patch) {
   float square = 16 * std::numeric_limits<float>::min();  // more than the underflow of the squares below
   for (std::size_t k = 0; k < 3; ++k) {
     const Vector3f control = controlPoint(patch.position[k], patch.position[(k + 1) % 3], patch.position[3 + k]);
-    square = std::max({square, (patch.position[k] - centre).squaredNorm(), (control - centre).squaredNorm()});
+    square = std::max({square, squareOf(patch.position[k] - centre), squareOf(control - centre)});
   }
   // A control point and a difference are rounded a few times for each axis, and the norm as often: 8 units in the last
   // place cover all of that.

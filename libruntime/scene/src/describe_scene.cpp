@@ -13,6 +13,7 @@
 
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
+#include "spheretree/formats/path_name.h"
 #include "spheretree/formats/sphere_tree_file.h"
 #include "spheretree/formats/trajectory.h"
 
@@ -27,7 +28,7 @@ class Trees {
     if (of_file) return *of_file;
     const std::vector<std::byte> bytes = formats::readFile(file, formats::kMaxSoftBytes);
     std::optional<LoadedTree>& of_bytes = of_bytes_[std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size())];
-    if (!of_bytes) of_bytes = parseTree(bytes, file.string());
+    if (!of_bytes) of_bytes = parseTree(bytes, formats::toUtf8(file));
     return *(of_file = of_bytes);
   }
 
@@ -83,14 +84,14 @@ std::filesystem::path sceneFileAt(const std::filesystem::path& path) {
 runtime::SceneDescription describeScene(const formats::SceneFile& file, const std::filesystem::path& path,
                                         const std::function<void(double)>& on_tree) {
   if (!file.tool.reference_point.empty())
-    throw formats::FormatError(path.string() + ": tool.reference_point is for spheretree batch, which finds the point. Give " +
+    throw formats::FormatError(formats::toUtf8(path) + ": tool.reference_point is for spheretree batch, which finds the point. Give " +
                                "reference_point_mm, or take the scene.json that batch writes.");
   Trees trees;
   std::size_t read = 0;
   const auto load = [&](const formats::SceneItem& item) -> const LoadedTree& {
     if (item.tree.empty())
-      throw formats::FormatError(path.string() + ": " + item.name + " names a mesh, and the runtime needs trees. Build them: " +
-                                 "spheretree batch " + path.string() + " -o DIR; then take DIR/scene.json.");
+      throw formats::FormatError(formats::toUtf8(path) + ": " + item.name + " names a mesh, and the runtime needs trees. Build them: " +
+                                 "spheretree batch " + formats::toUtf8(path) + " -o DIR; then take DIR/scene.json.");
     if (on_tree) on_tree(static_cast<double>(++read) / static_cast<double>(file.objects.size() + 1));
     return trees.at(formats::scenePath(path, item.tree));
   };

@@ -2,9 +2,9 @@
 // The controls of the stand-in for libHD, and a fixture round the device that loads it.
 #pragma once
 
-#include <dlfcn.h>
 #include <gtest/gtest.h>
 
+#include "../opened_library.h"
 #include "fake_libhd.h"
 #include "spheretree/device/phantom_device.h"
 
@@ -12,8 +12,8 @@ namespace spheretree::device {
 
 /// The controls of the fake, from the same copy of it that the device loads.
 struct Fake {
-  void* library = dlopen(FAKE_LIBHD, RTLD_NOW | RTLD_LOCAL);
-#define CONTROL(name) decltype(&::fake_##name) name = reinterpret_cast<decltype(&::fake_##name)>(dlsym(library, "fake_" #name))
+  void* library = test::opened(FAKE_LIBHD);
+#define CONTROL(name) decltype(&::fake_##name) name = reinterpret_cast<decltype(&::fake_##name)>(test::found(library, "fake_" #name))
   CONTROL(reset);
   CONTROL(step);
   CONTROL(inject);
@@ -26,7 +26,7 @@ struct Fake {
 #undef CONTROL
   template <class Function>
   Function* hd(const char* name) const {
-    return reinterpret_cast<Function*>(dlsym(library, name));
+    return reinterpret_cast<Function*>(test::found(library, name));
   }
 };
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "run/play.h"
 
-#include <sys/mman.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -15,17 +13,17 @@
 #include <optional>
 #include <thread>
 
-#include "molar.h"
-#include "probe.h"
 #include "run/body_paths.h"
+#include "run/real_time.h"
+#include "run/sample_scene.h"
 #include "run/servo_loop.h"
 #include "scene/compiled_scene.h"
-#include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/device/emergency_stop.h"
 #include "spheretree/device/replay_device.h"
 #include "spheretree/device/tool_mount.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
+#include "spheretree/formats/path_name.h"
 #include "spheretree/formats/scene_file.h"
 #include "spheretree/formats/trajectory.h"
 #include "spheretree/scene/describe_scene.h"
@@ -35,16 +33,6 @@ namespace spheretree::player {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-runtime::SceneDescription sampleScene(builder::Progress& progress) {
-  builder::BuildSettings settings;
-  settings.quality = builder::Quality::Quick;
-  runtime::SceneDescription d;
-  d.tool = builder::buildSphereTree(samples::makeProbe(), settings, progress).tree;
-  d.reference_point = {0, 0, 20};
-  d.objects.push_back({builder::buildSphereTree(samples::makeMolar(), settings, progress).tree, {}});
-  return d;
-}
 
 runtime::SceneDescription readDescription(const formats::SceneFile& file, const std::filesystem::path& path, builder::Progress& progress) {
   progress.stage("load " + tool::counted(file.objects.size() + 1, "tree"));
@@ -105,18 +93,15 @@ std::unique_ptr<device::Device> openInput(const PlaySettings& settings, const ru
   return std::make_unique<device::SimulatedDevice>(simulated);
 }
 
-/// Locks all memory, so that the servo thread never waits for the disk.
-Json lockMemory() {
-  if (::mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return true;
-  std::fprintf(stderr, "haptic-player: memory is not locked (%s): a step may wait for the disk. Raise `ulimit -l`.\n",
-               std::strerror(errno));
-  return false;
+/// Whether all memory is locked.
+Json tryToLockMemory() {
+  const std::string fault = lockMemory();
+  if (!fault.empty()) tool::say("haptic-player: " + fault);
+  return fault.empty();
 }
 
 void reportPriority(int error) {
-  if (error > 0)
-    std::fprintf(stderr, "haptic-player: no real-time priority (%s): other programs may delay a step. Raise `ulimit -r` to 80.\n",
-                 std::strerror(error));
+  if (error > 0) tool::say("haptic-player: " + priorityAdvice(error));
 }
 
 /// The line of a run in at most `columns` - 1 characters: whole figures, the most important ones first.
@@ -213,7 +198,7 @@ RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path
     for (const formats::SceneItem& object : scene.objects)
       if (object.cut)
         for (const formats::CutLayer& layer : object.cut->layers) identity.layers.push_back(layer.name);
-  identity.scene = std::filesystem::proximate(settings.scene, std::filesystem::absolute(recording).parent_path()).string();
+  identity.scene = formats::toUtf8(std::filesystem::proximate(settings.scene, std::filesystem::absolute(recording).parent_path()));
   if (identity.scene == kSampleScene) identity.scene = std::string("./") + kSampleScene;
   return identity;
 }
@@ -226,7 +211,7 @@ runtime::Scene compiledScene(const runtime::SceneDescription& description, const
   runtime::Scene scene;
   std::string fault;
   if (!runtime::compileScene(description, scene, fault))
-    throw formats::FormatError((path.empty() ? "sample scene" : path.string()) + ": " + fault);
+    throw formats::FormatError((path.empty() ? "sample scene" : formats::toUtf8(path)) + ": " + fault);
   return scene;
 }
 
@@ -309,7 +294,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   ServoLoop loop(scene, recording.get(), options, observer ? observer->streams() : nullptr);
   const device::EmergencyStop emergency_stop;  // from now on Ctrl-C first stops the device
   progress.check();
-  const Json locked = real ? lockMemory() : Json(nullptr);
+  const Json locked = real ? tryToLockMemory() : Json(nullptr);
 
   // ServoLoop passes on the wrench of the coupling, which a recording shows, and the device alone limits it.
   device::SafetySettings safety = safetyOf(settings);
@@ -327,7 +312,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
                       : status.phase == device::Phase::Failed           ? PlayEnd::DeviceFailed
                                                                         : PlayEnd::Complete;
   summary = {{"schema", "spheretree.run/1"},
-             {"scene", settings.scene.empty() ? Json("sample") : Json(settings.scene.string())},
+             {"scene", settings.scene.empty() ? Json("sample") : Json(formats::toUtf8(settings.scene))},
              {"device", device->info().model},
              {"mode", modeName(settings.mode)},
              {"clock", real ? "real" : "stepped"},
@@ -342,7 +327,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   summary["safety_events"] = status.safety_so_far;
   if (safety.passivity_control) summary["passivity_control"] = loop.statistics().passivityJson();
   if (observer) observer->addTo(summary);
-  if (recording) summary["recording"] = {{"file", settings.record.string()}, {"rows_lost", recording->lost()}};
+  if (recording) summary["recording"] = {{"file", formats::toUtf8(settings.record)}, {"rows_lost", recording->lost()}};
   return end;
 }
 

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "run/servo_loop.h"
 
-#include <time.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
 #include <thread>
 
+#include "run/real_time.h"
 #include "spheretree/device/real_time_thread.h"
 
 namespace spheretree::player {
@@ -138,12 +137,6 @@ void ServoLoop::publish(const RecordedStep& row) noexcept {
 view::ShownContact shownContact(const runtime::Contact& contact) noexcept {
   return {contact.point.cast<float>(), contact.normal.cast<float>(), static_cast<float>(contact.force), contact.friction.cast<float>(),
           contact.object};
-}
-
-double threadTime() noexcept {
-  timespec t{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
 }
 
 RecordedStep recordedStep(std::uint64_t tick, const Configuration& haptic, const runtime::StepResult& result,

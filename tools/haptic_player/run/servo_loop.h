@@ -86,9 +86,6 @@ class ServoLoop final : public device::Renderer {
   std::atomic<runtime::Mode> mode_;
 };
 
-/// Processor time of this thread, without that of other programs [us].
-double threadTime() noexcept;
-
 /// The contact in the form that a view shows.
 view::ShownContact shownContact(const runtime::Contact& contact) noexcept;
 

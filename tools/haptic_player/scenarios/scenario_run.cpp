@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "run/real_time.h"
 #include "run/servo_loop.h"
 #include "scenarios/scenario_run.h"
 #include "step/coupling_wrench.h"

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <numbers>
 
+#include "run/real_time.h"
 #include "run/servo_loop.h"
 #include "scenarios/scenario_run.h"
 #include "search/find_pairs.h"

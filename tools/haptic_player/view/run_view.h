@@ -5,11 +5,13 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "run/play.h"
-#include "scenarios/scenario.h"
 #include "spheretree/builder/progress.h"
 #include "view/view_options.h"
 
 namespace spheretree::player {
+
+struct Scenario;
+struct ScenarioContext;
 
 /// Whether a window can be opened: a display exists, and the program was built with a view.
 bool canShowWindow();

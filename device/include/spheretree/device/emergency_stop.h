@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Switches the forces off on SIGINT, SIGTERM and SIGHUP, before anything else happens.
+// Switches the forces off on SIGINT, SIGTERM and SIGHUP, before anything else happens. On Windows the third one is
+// SIGBREAK, which also says that the console is closed.
 #pragma once
 
-#include <csignal>
+#include <memory>
 
 namespace spheretree::device {
 
-/// While an EmergencyStop exists, SIGINT, SIGTERM and SIGHUP request an emergency stop. Its destructor restores the
+class EndingSignals;
+
+/// While an EmergencyStop exists, these signals request an emergency stop. Its destructor restores the
 /// former handlers; the destructor of the last one also withdraws the request. After a request every started device
 /// sends zero from its next servo step on and enters Phase::Halted.
 class EmergencyStop {
@@ -23,8 +26,7 @@ class EmergencyStop {
   static int signal() noexcept;
 
  private:
-  static constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP};
-  struct sigaction former_[3];
+  std::unique_ptr<EndingSignals> signals_;
 };
 
 }  // namespace spheretree::device

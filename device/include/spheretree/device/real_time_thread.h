@@ -4,7 +4,7 @@
 
 namespace spheretree::device {
 
-/// Asks the system for a real-time priority for the calling thread. Returns 0, or the system's reason (errno).
+/// Asks the system for a real-time priority for the calling thread. Returns 0, or the system's number of the reason.
 int requestRealTimeThread() noexcept;
 
 }  // namespace spheretree::device

@@ -9,6 +9,8 @@
 #include <span>
 #include <utility>
 
+#include "spheretree/core/float_vector.h"
+
 namespace spheretree::runtime {
 namespace {
 
@@ -54,11 +56,11 @@ class HullWays {
 // has an angle of sine s, seen from the origin.
 float leanOf(const SkinPatch& patch) {
   const Eigen::Vector3f across = (patch.position[1] - patch.position[0]).cross(patch.position[2] - patch.position[0]),
-                        upright = across / std::sqrt(std::max(across.squaredNorm(), std::numeric_limits<float>::min()));
+                        upright = across / std::sqrt(std::max(squareOf(across), std::numeric_limits<float>::min()));
   float square = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const Eigen::Vector3f &a = patch.normal[k], &b = patch.normal[(k + 1) % 3], &middle = patch.normal[3 + k];
-    square = std::max({square, (a - upright).squaredNorm(), (2 * middle - 0.5f * (a + b) - upright).squaredNorm()});
+    square = std::max({square, squareOf(a - upright), squareOf(2 * middle - 0.5f * (a + b) - upright)});
   }
   return std::sqrt(square);
 }

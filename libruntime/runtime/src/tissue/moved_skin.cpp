@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "spheretree/core/float_vector.h"
+
 namespace spheretree::runtime {
 namespace {
 
@@ -39,7 +41,7 @@ float bulgeBound(const SoftModel::Node& v) {
 
 // The farthest that the patches beside an edge swing out of their flat triangles, however it is bent.
 float swingBound(const SoftModel::Edge& edge) {
-  return edge.is_sharp ? 0 : kSwingOfOffset * (edge.rest.position.norm() + kMaxBend * edge.side.length);
+  return edge.is_sharp ? 0 : kSwingOfOffset * (lengthOf(edge.rest.position) + kMaxBend * edge.side.length);
 }
 
 }  // namespace
@@ -48,9 +50,9 @@ float swingBound(const SoftModel::Edge& edge) {
 class MovedSkin::Turn {
  public:
   Turn(const Vector3f& from, const Vector3f& to) {
-    const float scale = from.squaredNorm() * to.squaredNorm();
+    const float scale = squareOf(from) * squareOf(to);
     if (!(scale > 0)) return;
-    const float inverse = 1 / std::sqrt(scale), cosine = inverse * from.dot(to);
+    const float inverse = 1 / std::sqrt(scale), cosine = inverse * dotOf(from, to);
     if (cosine < -0.99f) return;
     axis_ = inverse * from.cross(to);
     share_ = 1 / (1 + cosine);
@@ -131,7 +133,7 @@ const Vector3f& MovedSkin::fanNormal(std::uint32_t fan) {
   if (out.bend == bends_) return out.normal;
   out.bend = bends_;
   const Vector3f sum = normalOf(model_, model_.fans[fan], node_places_);
-  const float square = sum.squaredNorm();
+  const float square = squareOf(sum);
   out.normal = square > 0 ? Vector3f(sum / std::sqrt(square)) : model_.fans[fan].normal;
   return out.normal;
 }
@@ -187,7 +189,7 @@ const MovedSkin::Middle& MovedSkin::bentMiddle(std::uint32_t e) {
   const Vertex &from = bentVertex(edge.end[0]), &to = bentVertex(edge.end[1]);
   const Vector3f sag = edge.sag + (out.moved + out.bulge) - 0.5f * (from.moved + from.bulge + to.moved + to.bulge);
   const Vector3f chord = edge.chord + (to.moved - from.moved);
-  const float by_face = out.normal.dot(sag - turn(edge.sag)), by_normals = bendOf(chord, from.normal, to.normal) - edge.side.bend,
+  const float by_face = dotOf(out.normal, sag - turn(edge.sag)), by_normals = bendOf(chord, from.normal, to.normal) - edge.side.bend,
               largest = kMaxBend * edge.side.length,
               bend = std::clamp(kFaceShare * by_face + (1 - kFaceShare) * by_normals, -largest, largest);
   out.offset = turn(edge.rest.position) + bend * out.normal;
@@ -218,8 +220,8 @@ void MovedSkin::bendPatch(std::uint32_t t) {
       out.normal[3 + k][axis] = middle.packed[axis];
     }
     out.flags |= static_cast<std::uint32_t>(model_.edges[triangle.edge[k]].is_sharp) << k;
-    swing2 = std::max(swing2, middle.offset.squaredNorm());
-    turn2 = std::max({turn2, (corner.normal - first).squaredNorm(), (middle.normal - first).squaredNorm()});
+    swing2 = std::max(swing2, squareOf(middle.offset));
+    turn2 = std::max({turn2, squareOf(corner.normal - first), squareOf(middle.normal - first)});
   }
   if (swing2 > 0 || turn2 > static_cast<float>(4 * kNormalError * kNormalError)) out.flags |= kCurved;
   patch_states_[t].swing = kSwingOfOffset * std::sqrt(swing2);
@@ -285,7 +287,7 @@ void MovedSkin::shiftBlock(std::size_t b) {
     low = low.min(u), high = high.max(u);
   }
   const Eigen::Array3f middle = 0.5f * (low + high);
-  const float more = (high - middle).matrix().norm();
+  const float more = lengthOf((high - middle).matrix());
   const Block& rest = rest_[b];
   Block& block = bound_[b];
   for (std::size_t lane = shape_.skin.tree.links[b].inner; lane < 8; ++lane) {

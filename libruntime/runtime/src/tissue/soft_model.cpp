@@ -7,6 +7,8 @@
 #include <limits>
 #include <utility>
 
+#include "spheretree/core/float_vector.h"
+
 namespace spheretree::runtime {
 namespace {
 
@@ -51,9 +53,14 @@ void addFaces(const Tissue& tissue, SoftModel& out) {
 
 using Face = std::array<std::uint32_t, 3>;
 
+Vector3f unit(const Vector3f& v) {
+  const float square = squareOf(v);
+  return square > 0 ? Vector3f(v / std::sqrt(square)) : v;
+}
+
 Vector3f flatNormal(const SoftModel& model, const Face& face) {
   const auto place = [&](std::size_t k) { return model.node_places[face[k]]; };
-  return (place(1) - place(0)).cross(place(2) - place(0)).normalized();
+  return unit((place(1) - place(0)).cross(place(2) - place(0)));
 }
 
 bool shareASide(const Face& a, const Face& b) {
@@ -77,7 +84,7 @@ void addFans(float crease_angle, SoftModel& out) {
       for (std::size_t i = 0; i < faces.size(); ++i)
         for (std::size_t k = 0; k < left.size();) {
           const Face &a = out.faces[faces[i]], &b = out.faces[left[k]];
-          const bool goes_on = shareASide(a, b) && flatNormal(out, a).dot(flatNormal(out, b)) >= min_cosine;
+          const bool goes_on = shareASide(a, b) && dotOf(flatNormal(out, a), flatNormal(out, b)) >= min_cosine;
           if (goes_on) faces.push_back(left[k]), left.erase(left.begin() + static_cast<std::ptrdiff_t>(k));
           k += !goes_on;
         }
@@ -89,7 +96,7 @@ void addFans(float crease_angle, SoftModel& out) {
       }
     }
   }
-  for (SoftModel::Fan& fan : out.fans) fan.normal = normalOf(out, fan, out.node_places).normalized();
+  for (SoftModel::Fan& fan : out.fans) fan.normal = unit(normalOf(out, fan, out.node_places));
 }
 
 // Chooses, at each node of a vertex, the fan whose normal is nearest to that of the vertex.
@@ -105,7 +112,7 @@ void chooseFans(SoftModel& out) {
       if (node != kHeldNode) {
         vertex.fans[k] = first[node];
         for (std::uint32_t fan = first[node]; fan < first[node + 1]; ++fan)
-          if (out.fans[fan].normal.dot(own) > out.fans[vertex.fans[k]].normal.dot(own)) vertex.fans[k] = fan;
+          if (dotOf(out.fans[fan].normal, own) > dotOf(out.fans[vertex.fans[k]].normal, own)) vertex.fans[k] = fan;
       }
       vertex.normal += vertex.point.weight[k] * (node == kHeldNode ? own : out.fans[vertex.fans[k]].normal);
     }
@@ -113,7 +120,7 @@ void chooseFans(SoftModel& out) {
       const std::uint32_t from = vertex.fans[k], to = vertex.fans[(k + 1) % 3];
       if (from == kHeldNode || to == kHeldNode) continue;
       const Vector3f chord = out.node_places[out.fans[to].node] - out.node_places[out.fans[from].node];
-      vertex.sides[k] = {chord.norm(), bendOf(chord, out.fans[from].normal, out.fans[to].normal)};
+      vertex.sides[k] = {lengthOf(chord), bendOf(chord, out.fans[from].normal, out.fans[to].normal)};
     }
   };
   for (SoftModel::Vertex& vertex : out.vertices) choose(vertex);
@@ -143,7 +150,7 @@ void addSkin(const Skin& skin, const Tissue& tissue, SoftModel& out) {
   for (SoftModel::Edge& edge : out.edges) {
     const SoftModel::Vertex &from = out.vertices[edge.end[0]], &to = out.vertices[edge.end[1]];
     edge.chord = to.rest.position - from.rest.position;
-    edge.side = {edge.chord.norm(), bendOf(edge.chord, from.rest.normal, to.rest.normal)};
+    edge.side = {lengthOf(edge.chord), bendOf(edge.chord, from.rest.normal, to.rest.normal)};
     Vector3f start, end, middle;
     if (placeOf(from.point, out, start) && placeOf(to.point, out, end) && placeOf(edge.point, out, middle))
       edge.sag = middle - 0.5f * (start + end);
@@ -159,7 +166,7 @@ Vector3f normalOf(const SoftModel& model, const SoftModel::Fan& fan, std::span<c
   for (std::uint32_t i = fan.first; i < fan.first + fan.count; ++i) {
     const auto& [from, to] = model.fan_sides[i];
     const Vector3f a = places[from] - places[fan.node], b = places[to] - places[fan.node];
-    const float squares = a.squaredNorm() * b.squaredNorm();
+    const float squares = squareOf(a) * squareOf(b);
     if (squares > 0) sum += a.cross(b) / squares;
   }
   return sum;
@@ -168,7 +175,7 @@ Vector3f normalOf(const SoftModel& model, const SoftModel::Fan& fan, std::span<c
 // On a circle of radius R the normals at the ends of a chord of length l differ by the angle l / R, and the middle of
 // the arc is l^2 / (8 R) away from the chord.
 float bendOf(const Vector3f& chord, const Vector3f& from_normal, const Vector3f& to_normal) {
-  return 0.125f * chord.dot(to_normal - from_normal);
+  return 0.125f * dotOf(chord, to_normal - from_normal);
 }
 
 std::shared_ptr<SoftModel> softModel(const SharedTree& tree, std::shared_ptr<const Tissue> tissue) {

@@ -18,7 +18,9 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-#if defined(__GNUC__)
+#if defined(_WIN32) && defined(ST_EXPORTS) /* while the library itself is compiled */
+#define ST_API __declspec(dllexport)
+#elif defined(__GNUC__) && !defined(_WIN32)
 #define ST_API __attribute__((visibility("default")))
 #else
 #define ST_API

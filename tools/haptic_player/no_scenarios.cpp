@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// In place of scenario_command.cpp where the program was built without the builders.
+#include "program_end.h"
+#include "scenario_command.h"
+
+namespace spheretree::player {
+
+constexpr const char* kNotBuilt = "this haptic-player was built without the builders, which make the trees of the scenarios. Name a scene";
+
+int listScenarios() { throw tool::UsageError(kNotBuilt); }
+
+int runScenarioCommand(const ScenarioOptions&, double, runtime::ContactSurface, bool, const ViewOptions&, tool::WorkProgress&) {
+  throw tool::UsageError(kNotBuilt);
+}
+
+}  // namespace spheretree::player
