@@ -15,8 +15,8 @@ struct HalfSpace {
   double offset;
 };
 
-/// Points are stored relative to the centre of the cube. No point of a cut lies outside of the cube, since it is between
-/// two corners; the error of a volume is therefore some units in the last place of that of the cube.
+/// Points are stored relative to the centre of the cube. No point of a cut lies outside of the cube, since it is
+/// between two corners; the error of a volume is therefore some units in the last place of that of the cube.
 class ConvexCell {
  public:
   /// The cube with edges of 2 `half`.

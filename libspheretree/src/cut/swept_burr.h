@@ -24,8 +24,8 @@ struct Capsule {
 Eigen::Vector3d nearestOnAxis(const Capsule& capsule, const Eigen::Vector3d& p);
 
 /// The capsules of all steps. If `slack` is above 0, steps in a row become one capsule where their centres are within
-/// `slack` of its axis: the union of the capsules grown by `slack` then contains the swept space, and their union shrunk
-/// by `slack` is contained in it. Cost: O(centres), times the steps in a capsule.
+/// `slack` of its axis: the union of the capsules grown by `slack` then contains the swept space, and their union
+/// shrunk by `slack` is contained in it. Cost: O(centres), times the steps in a capsule.
 std::vector<Capsule> sweptCapsules(std::span<const BurrPath> paths, double slack);
 
 }  // namespace spheretree::builder

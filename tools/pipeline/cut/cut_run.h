@@ -31,10 +31,10 @@ struct CutRun {
   std::size_t steps = 0, spinning = 0;
 };
 
-/// Reads the recording and the scene that it names. A step with spin 1 sweeps the capsule of each ball of the burr, from
-/// the graphic tool of the row before to that of its own row; steps after `last_tick` are left out.
-/// @throws formats::FileError, formats::FormatError: no column spin, a row that was lost, a tick beyond the recording, a
-/// scene without burr or cut, builder::BuildError for a mesh that is not sound.
+/// Reads the recording and the scene that it names. A step with spin 1 sweeps the capsule of each ball of the burr,
+/// from the graphic tool of the row before to that of its own row; steps after `last_tick` are left out.
+/// @throws formats::FileError, formats::FormatError: no column spin, a row that was lost, a tick beyond the recording,
+/// a scene without burr or cut, builder::BuildError for a mesh that is not sound.
 CutRun readCutRun(const std::filesystem::path& recording, std::uint64_t last_tick, builder::Progress& progress);
 
 inline constexpr std::uint64_t kWholeRun = std::numeric_limits<std::uint64_t>::max();

@@ -114,8 +114,8 @@ bool Cutter::isRemoved(std::size_t object, const Vector3d& point) const {
   return work && work->lattice.blockCount() > 0 && work->lattice.at(point).clearance < -kEdge * work->lattice.spacing();
 }
 
-// Makes the blocks within `needed` of the ball, and some of those within `ahead` of that. No surface is within `free` of
-// it. Returns whether all that are needed are there.
+// Makes the blocks within `needed` of the ball, and some of those within `ahead` of that. No surface is within `free`
+// of it. Returns whether all that are needed are there.
 bool Cutter::makeBlocks(Work& work, Near& near, double needed, double ahead, double free, std::uint32_t max_work, StepResult& result) {
   const double since = (near.at - near.known_about).norm();
   if (since + needed <= near.known_within && since < 0.5 * ahead) return true;
@@ -168,8 +168,8 @@ Cutter::Reach Cutter::prepare(Work& work, std::size_t ball, double way, std::uin
   return Reach::Near;
 }
 
-// The way of a facet at `from` along its normal to the material, at most the lattice's reach; and the share of the facet
-// that meets it.
+// The way of a facet at `from` along its normal to the material, at most the lattice's reach; and the share of the
+// facet that meets it.
 double Cutter::gapAlong(const CutLattice& lattice, const Vector3d& from, const Vector3d& direction, float& share) const {
   const auto inverse_h = static_cast<float>(1 / lattice.spacing());
   Material here = lattice.at(from);

@@ -206,8 +206,8 @@ std::string faultInBurr(const SceneDescription& d) {
   return {};
 }
 
-// The balls of the burr follow the leaves. A leaf is of the burr if it is within a ball, larger by what leaves reach out
-// of the mesh, and by what the mesh is smaller than the ball.
+// The balls of the burr follow the leaves. A leaf is of the burr if it is within a ball, larger by what leaves reach
+// out of the mesh, and by what the mesh is smaller than the ball.
 void addBurr(const SceneDescription& d, CompiledScene& out) {
   out.spindle_axis = d.spindle_axis.normalized();
   CompiledTree& tool = out.tool;

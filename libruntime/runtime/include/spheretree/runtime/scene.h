@@ -97,7 +97,7 @@ struct CutMaterial {
   double tangential = 0;        // force across the normal that the turning burr meets, as a share of the force along it, 0 .. 2
 };
 
-inline constexpr std::size_t kMaxCutLayers = 16; // of an object, with the outermost
+inline constexpr std::size_t kMaxCutLayers = 16;  // of an object, with the outermost
 
 struct CutModel;
 
