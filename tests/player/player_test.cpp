@@ -34,6 +34,7 @@
 #include "support/count_allocations.h"
 #include "support/scratch_folder.h"
 #include "support/shape_trees.h"
+#include "view/recorded_run.h"
 #include "view/start_pose.h"
 
 namespace spheretree::player {

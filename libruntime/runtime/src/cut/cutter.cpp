@@ -14,8 +14,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The lattice, in shares of the radius of the smallest ball of the burr, and what follows from its spacing: the reach of
-// its fields is the largest motion of a burr in a step, twice the largest depth of its cut in a step.
+// The lattice, in shares of the radius of the smallest ball of the burr, and what follows from its spacing: the reach
+// of its fields is the largest motion of a burr in a step, twice the largest depth of its cut in a step.
 constexpr double kSpacingShare = 1.0 / 8, kFinest = 0.03, kCoarsest = 0.1;  // [mm]
 constexpr double kReachSpacings = 4;
 constexpr double kBiteSpacings = 2;

@@ -123,9 +123,9 @@ bool isActive(std::size_t object, const Workspace& workspace) noexcept;
 /// The current pose of the mesh frame of an object in the world. `object` < Scene::objectCount().
 Configuration objectPose(std::size_t object, const Workspace& workspace) noexcept;
 
-/// Switches the spindle on or off, between two steps. While it turns, the burr of the tool removes material of the objects
-/// that can be cut, and meets its resistance; the rest of the tool is firm. While it rests, the burr is firm as well. At
-/// the beginning it rests. Returns false if the scene has no burr or nothing to cut.
+/// Switches the spindle on or off, between two steps. While it turns, the burr of the tool removes material of the
+/// objects that can be cut, and meets its resistance; the rest of the tool is firm. While it rests, the burr is firm as
+/// well. At the beginning it rests. Returns false if the scene has no burr or nothing to cut.
 bool setSpindle(bool turns, Workspace& workspace) noexcept;
 bool turns(const Workspace& workspace) noexcept;
 
@@ -139,8 +139,8 @@ struct CutState {
 /// `object` < Scene::objectCount(). Zero for an object that is not cut.
 CutState cutState(std::size_t object, const Workspace& workspace) noexcept;
 
-/// Makes all material whole again, between two steps. A reset of the tool does not. Where the tool is in the material, the
-/// next step pushes it out.
+/// Makes all material whole again, between two steps. A reset of the tool does not. Where the tool is in the material,
+/// the next step pushes it out.
 void mend(Workspace& workspace) noexcept;
 
 /// How far the tool is from an object, with proven bounds.
