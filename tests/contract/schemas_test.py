@@ -15,11 +15,13 @@ from files_test import ball
 ROOT = Path(__file__).resolve().parents[2]
 SCENE = {
     "schema": "spheretree.scene/1", "unit": "mm", "defaults": {"quality": "quick", "levels": 2},
-    "tool": {"name": "probe", "mesh": "probe.obj", "reference_point": "tip"},
+    "tool": {"name": "probe", "mesh": "probe.obj", "reference_point": "tip",
+             "burr": [{"centre_mm": [0, 0, 0.5], "radius_mm": 0.5}]},
     "bodies": [{"name": "jaw", "hinge": {"point_mm": [0, 60, 20], "axis": [1, 0, 0], "angle_deg": [[0, 0], [1, 20]]}}],
     "work": [{"name": "pocket", "sphere": {"centre_mm": [0, 0, 5], "radius_mm": 2}, "tolerance_mm": 0.5}],
     "objects": [{"name": "ball", "mesh": "ball.obj", "friction": 0.2, "tolerance_mm": 0.8},
-                {"name": "moving", "mesh": "ball.obj", "position_mm": [0, 20, 0], "body": "jaw"},
+                {"name": "moving", "mesh": "ball.obj", "position_mm": [0, 20, 0], "body": "jaw",
+                 "cut": {"layers": [{"name": "all", "mesh": "ball.obj"}], "removal_mm_per_n_s": {"all": 2}, "tangential": 0.3}},
                 {"name": "open", "mesh": "open.obj", "repair": "off"}]}  # is refused: reports have that case, too
 
 
