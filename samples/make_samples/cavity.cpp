@@ -31,12 +31,12 @@ double canal(const Vector3d& p, const Vector3d& a, const Vector3d& b, double rad
 /// Enamel is 1.5 mm thick over the cusps and thin at the neck; below it, 0.3 mm stand for the cementum.
 double dentineField(const Vector3d& p) { return molarField(p) + 0.3 + 1.2 * smoothStep((p.z() + 0.5) / 5); }
 
-/// A chamber with a canal into each root.
+/// A chamber with a canal into each root, 0.3 mm within the dentine.
 double pulpField(const Vector3d& p) {
   const double chamber = ellipsoid(p, {0, 0, 0}, {2.4, 1.8, 1.7});
   const double mesial = smoothMin(canal(p, {1.6, 0, -0.8}, {3.1, -0.2, -6}, 0.4), canal(p, {3.1, -0.2, -6}, {2.5, -0.3, -10.5}, 0.35), 0.3);
   const double distal = smoothMin(canal(p, {-1.6, 0, -0.8}, {-3.2, 0.1, -6}, 0.4), canal(p, {-3.2, 0.1, -6}, {-3.9, 0.4, -10}, 0.35), 0.3);
-  return smoothMin(chamber, smoothMin(mesial, distal, 0.3), 0.6);
+  return smoothMax(smoothMin(chamber, smoothMin(mesial, distal, 0.3), 0.6), dentineField(p) + 0.3, 0.1);
 }
 
 /// Below the fissure it spreads along the border of enamel and dentine. It stays 0.15 mm below the surface.

@@ -9,6 +9,7 @@
 
 #include "cut/cut_layers.h"
 #include "cut/cutting_resistance.h"
+#include "kernel/kernel.h"
 #include "spheretree/runtime/step.h"
 #include "support/random.h"
 #include "support/rig.h"
@@ -239,7 +240,7 @@ TEST(CutLattice, ItsBallsLieAlongTheWallAndNeverBeyondIt) {
   for (const Kernel kernel : {Kernel::Scalar, Kernel::Best}) {
     CutLayers layers(skin);
     const double spacing = kBurr / 8;
-    CutLattice lattice(spacing, 4 * spacing, 4096, kernel == Kernel::Best && avx2Kernel() ? *avx2Kernel() : scalarKernel());
+    CutLattice lattice(spacing, 4 * spacing, 4096, kernel == Kernel::Best && avx2Kernel() ? avx2CutKernel() : scalarCutKernel());
     std::vector<std::pair<Vector3d, Vector3d>> capsules;  // a raster of 0.3 mm, slightly tilted
     for (int row = 0; row < 6; ++row)
       for (int k = 0; k < 60; ++k) {

@@ -153,8 +153,8 @@ case_player_interrupted() {
   write_touch "$1"
   "$program" scene.json --seconds 60 --record work/run.csv --json >out 2>err &
   pid=$!
-  for _ in $(seq 100); do
-    [ -n "$(find work -name '*.tmp' -size +0)" ] && break
+  for _ in $(seq 100); do  # until there are rows after the header: then the device runs
+    [ -n "$(find work -name '*.tmp' -size +2)" ] && break
     sleep 0.1
   done
   kill -INT $pid

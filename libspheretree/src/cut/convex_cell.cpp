@@ -9,7 +9,14 @@ namespace spheretree::builder {
 
 using Eigen::Vector3d;
 
+namespace {
+
+constexpr double kOnPlane = 1e-12;  // distance within which a corner counts as on a plane, in halves of the cube's edge
+
+}  // namespace
+
 void ConvexCell::reset(double half) {
+  half_ = half;
   corners_.clear();
   loops_.clear();
   for (int axis = 0; axis < 3; ++axis)
@@ -25,10 +32,14 @@ void ConvexCell::reset(double half) {
 
 void ConvexCell::clip(const HalfSpace& kept) {
   height_.resize(corners_.size());
+  // Faces store their corners separately: those of one point must be on the same side of a plane through it.
+  const double rounding = kOnPlane * half_ * kept.normal.norm();
   bool cuts = false, keeps = false;
   for (std::size_t i = 0; i < corners_.size(); ++i) {
     height_[i] = kept.normal.dot(corners_[i]) + kept.offset;
-    (height_[i] > 0 ? cuts : keeps) = true;
+    if (std::abs(height_[i]) <= rounding) height_[i] = 0;
+    cuts = cuts || height_[i] > 0;
+    keeps = keeps || height_[i] < 0;
   }
   if (!cuts) return;
   if (!keeps) return loops_.clear(), corners_.clear();

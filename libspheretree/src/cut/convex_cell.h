@@ -16,7 +16,7 @@ struct HalfSpace {
 };
 
 /// Points are stored relative to the centre of the cube. No point of a cut lies outside of the cube, since it is
-/// between two corners; the error of a volume is therefore some units in the last place of that of the cube.
+/// between two corners; the error of a volume is therefore below 1e-11 of that of the cube.
 class ConvexCell {
  public:
   /// The cube with edges of 2 `half`.
@@ -33,6 +33,7 @@ class ConvexCell {
   std::vector<Eigen::Vector3d> corners_, next_corners_, rim_;
   std::vector<Loop> loops_, next_loops_;
   std::vector<double> height_;
+  double half_ = 0;
 };
 
 }  // namespace spheretree::builder

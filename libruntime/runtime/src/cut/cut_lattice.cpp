@@ -21,7 +21,7 @@ std::size_t hashOf(const BlockPlace& p) {
 
 }  // namespace
 
-CutLattice::CutLattice(double spacing, double reach, std::size_t max_blocks, const KernelTable& kernel)
+CutLattice::CutLattice(double spacing, double reach, std::size_t max_blocks, const CutKernel& kernel)
     : kernel_(kernel), spacing_(spacing), reach_(reach), table_(4 * std::bit_ceil(max_blocks)), blocks_(max_blocks) {
   for (CutBlock& block : blocks_) block.wall.reserve(kBlockPoints);
 }

@@ -12,7 +12,7 @@
 
 #include <Eigen/Core>
 
-#include "kernel/kernel.h"
+#include "cut/cut_kernel.h"
 #include "spheretree/core/sphere.h"
 
 namespace spheretree::runtime {
@@ -38,9 +38,9 @@ struct Material {
 class CutLattice {
  public:
   /// Allocates all memory. `reach`: of the fields.
-  CutLattice(double spacing, double reach, std::size_t max_blocks, const KernelTable& kernel);
+  CutLattice(double spacing, double reach, std::size_t max_blocks, const CutKernel& kernel);
 
-  const KernelTable& kernel() const { return kernel_; }
+  const CutKernel& kernel() const { return kernel_; }
   double spacing() const { return spacing_; }
   double reach() const { return reach_; }
   std::size_t byteCount() const;
@@ -88,7 +88,7 @@ class CutLattice {
   Entry& entryOf(const BlockPlace& place);
   const Entry& entryOf(const BlockPlace& place) const;
 
-  const KernelTable& kernel_;
+  const CutKernel& kernel_;
   double spacing_, reach_;
   std::vector<Entry> table_;  // open addressing; its size is a power of two
   std::size_t entry_count_ = 0;

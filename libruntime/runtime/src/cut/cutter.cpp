@@ -64,14 +64,15 @@ Cutter::Work Cutter::makeWork(std::uint32_t object) const {
   float smallest = scene_.burr[0].radius;
   for (const Sphere& ball : scene_.burr) smallest = std::min(smallest, ball.radius);
   const double spacing = std::clamp(kSpacingShare * static_cast<double>(smallest), kFinest, kCoarsest);
-  Work work{object,
-            shape,
-            *shape.cut,
-            CutLayers(shape.skin),
-            CutLattice(spacing, kReachSpacings * spacing, kMaxBlocks, *memory_.kernel),
-            {},
-            CutState::kNone,
-            {}};
+  Work work{
+      object,
+      shape,
+      *shape.cut,
+      CutLayers(shape.skin),
+      CutLattice(spacing, kReachSpacings * spacing, kMaxBlocks, memory_.kernel == &scalarKernel() ? scalarCutKernel() : avx2CutKernel()),
+      {},
+      CutState::kNone,
+      {}};
   for (const CutLayer& layer : shape.cut->material.inner) work.layers.add(compileSurface(*layer.surface, -shape.centre));
   work.removed = std::vector<double>(work.layers.count());
   work.burr = std::vector<Near>(scene_.burr.size());

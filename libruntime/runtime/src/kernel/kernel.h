@@ -134,30 +134,6 @@ struct RowRequest {
   float* felt_way;  // of flat triangles: lower bound of the way on which the ball touches the patch [mm]; infinite if the patch is flat
 };
 
-inline constexpr std::size_t kBlockPoints = 512;  // of a block of what is cut: 8 x 8 x 8, x varies fastest, then y
-
-/// Removes what a ball sweeps on a straight way from a block of points.
-struct CutRequest {
-  float corner[3];                        // first point of the block, from the start of the way [mm]
-  float way[3];                           // [mm]
-  float inverse_square, radius, spacing;  // 1 / |way|^2, or 0; of the ball; of the points
-  float* clearance;                       // (point) distance to what was removed
-  float* row_most;                        // (row of 8 points) largest clearance
-  const float* depth;                     // (point) below the surface
-  const std::uint8_t* layer;              // (point)
-  double* volume;                         // (layer) what is removed is added [mm^3]
-};
-
-/// Distances of a block of points from triangles, positive behind the nearest one.
-struct DepthRequest {
-  double corner[3];      // as the triangles
-  float spacing, reach;  // of the points; no distance is larger
-  const CompiledPatch* patches;
-  const std::uint32_t* triangles;
-  std::uint32_t count;
-  float* out;  // (point)
-};
-
 struct WorstRow {
   std::uint32_t row;  // lowest index among equals
   float slack;        // a . y - b
@@ -169,8 +145,6 @@ struct KernelTable {
   float (*sphereRows)(const RowRequest&);            // ball and ball; returns the smallest gap
   float (*flatRows)(const RowRequest&);              // ball, reduced by the allowance, and flat triangle; returns the smallest gap
   float (*feltRows)(const RowRequest&);              // ball and patch; always satisfied if the ball does not rest on this patch
-  void (*cutBlock)(const CutRequest&);
-  void (*signedDistances)(const DepthRequest&);
   WorstRow (*worstRow)(const float* const* a, const float* b, std::uint32_t count, const float* y);  // count > 0
 };
 

@@ -3,7 +3,6 @@
 // NAME_lanes.h, on the vectors of lanes.h.
 #pragma once
 
-#include "kernel/cut_lanes.h"
 #include "kernel/felt_rows_lanes.h"
 #include "kernel/find_pairs_lanes.h"
 #include "kernel/flat_rows_lanes.h"
@@ -14,7 +13,7 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr KernelTable kTable{findNear, findPairs, sphereRows, flatRows, feltRows, cutBlock, signedDistances, worstRow};
+constexpr KernelTable kTable{findNear, findPairs, sphereRows, flatRows, feltRows, worstRow};
 
 }  // namespace
 }  // namespace spheretree::runtime

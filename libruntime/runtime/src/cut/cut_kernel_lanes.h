@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fields of a block of what is cut: cut/cut_lattice.h. docs/algorithms/runtime/cutting.md
+// The fields of a block of what is cut: cut_lattice.h. docs/algorithms/runtime/cutting.md
 #pragma once
 
-#include "kernel/kernel.h"
+#include "cut/cut_kernel.h"
 #include "kernel/vector_lanes.h"
 
 namespace spheretree::runtime {
