@@ -50,7 +50,7 @@ BurrPath ball(const Vector3d& centre, double radius) { return {radius, {centre, 
 
 TEST(CutVolumes, ACapHasTheVolumeOfArchimedes) {
   const auto block = fields({test::boxMesh({-3, -3, -3}, {3, 3, 0})});
-  for (const double height : {-0.6, -0.49, -0.2, 0.0, 0.3, 0.45, 0.499}) {
+  for (const double height : {-0.6, -0.49, 0.0, 0.3, 0.499}) {
     const double truth = height < -0.5 ? ballVolume(0.5) : capVolume(0.5, height);
     expectTruth(block, std::array{ball({0.123, -0.4, height}, 0.5)}, {truth});
   }
