@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scene/winding_number.h"
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 
