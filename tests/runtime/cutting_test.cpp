@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <vector>
@@ -191,6 +192,28 @@ TEST(Cutting, TheSameStepsLeaveTheSameBytes) {
   EXPECT_GT(removed[0], 0.1);
 }
 
+// The same block twice: each keeps what was removed of it, and only of it.
+TEST(Cutting, ObjectsAreCutByThemselves) {
+  SceneDescription d = drill({8, {}, 0});
+  d.objects.push_back(d.objects[0]);
+  d.objects[1].pose.position = {20, 0, 0};
+  Rig rig(d);
+  drillDown(rig, {0, 0, 0}, 0.6);
+  const double first = sumOf(cutState(0, *rig.workspace));
+  EXPECT_NEAR(first / drilled(0.6), 1, 0.03);
+  EXPECT_EQ(sumOf(cutState(1, *rig.workspace)), 0);
+  for (double z = 2.9; z < 6; z += 0.02) rig.toPoint({0, 0, z});
+  for (double x = 0; x < 20; x += 0.05) rig.toPoint({x, 0, 6});
+  for (double z = 6; z > 3 + kBurr - 0.6; z -= 0.01) rig.toPoint({20, 0, z});
+  EXPECT_NEAR(rig.toPoint({20, 0, 3 + kBurr - 0.6}).graphic.position.z(), 3 + kBurr, 1e-3);  // the second one has no hole
+  setSpindle(true, *rig.workspace);
+  for (int n = 0; n < 2000; ++n) rig.toPoint({20, 0, 3 + kBurr - 0.6});
+  EXPECT_EQ(sumOf(cutState(0, *rig.workspace)), first);
+  EXPECT_NEAR(sumOf(cutState(1, *rig.workspace)) / first, 1, 0.03);
+  mend(*rig.workspace);
+  EXPECT_EQ(sumOf(cutState(0, *rig.workspace)) + sumOf(cutState(1, *rig.workspace)), 0);
+}
+
 TEST(Cutting, AToolThatComesFastIsHeldByWhatItCannotCutInAStep) {
   for (const double speed : test::kSpeeds) {
     Rig rig(drill({0.01, {}, 0}));  // hard
@@ -240,7 +263,8 @@ TEST(CutLattice, ItsBallsLieAlongTheWallAndNeverBeyondIt) {
   for (const Kernel kernel : {Kernel::Scalar, Kernel::Best}) {
     CutLayers layers(skin);
     const double spacing = kBurr / 8;
-    CutLattice lattice(spacing, 4 * spacing, 4096, kernel == Kernel::Best && avx2Kernel() ? avx2CutKernel() : scalarCutKernel());
+    CutStorage storage(4096);
+    CutLattice lattice(spacing, 4 * spacing, 0, storage, kernel == Kernel::Best && avx2Kernel() ? avx2CutKernel() : scalarCutKernel());
     std::vector<std::pair<Vector3d, Vector3d>> capsules;  // a raster of 0.3 mm, slightly tilted
     for (int row = 0; row < 6; ++row)
       for (int k = 0; k < 60; ++k) {
@@ -260,8 +284,11 @@ TEST(CutLattice, ItsBallsLieAlongTheWallAndNeverBeyondIt) {
       return (p - c.first - std::clamp((p - c.first).dot(way) / way.squaredNorm(), 0.0, 1.0) * way).norm() - kBurr;
     };
     std::vector<Sphere> wall;
-    for (std::size_t b = 0; b < lattice.blockCount(); ++b)
-      if (lattice.block(b).is_cut) wall.insert(wall.end(), lattice.wallOf(b).begin(), lattice.wallOf(b).end());
+    for (const CutBlock& block : storage.blocks())
+      if (lattice.hasWall(block)) {
+        std::array<Sphere, kBlockPoints> balls;
+        wall.insert(wall.end(), balls.begin(), balls.begin() + static_cast<std::ptrdiff_t>(lattice.wallOf(block, balls.data())));
+      }
     Random random(11);
     for (const Sphere& s : wall) {  // in the material, as a ball
       ASSERT_LE((centreOf(s).cwiseAbs() - Vector3d(4, 4, 2)).maxCoeff() + double{s.radius}, 1e-5);

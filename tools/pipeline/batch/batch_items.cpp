@@ -289,6 +289,7 @@ void addLayers(const formats::SceneFile& scene, std::vector<BatchItem>& items) {
       own->unit = object.unit;
       own->pose = object.pose;
       own->settings = object.settings;
+      own->settings.quality = "quick";  // the runtime takes its skin alone
       BatchItem& item = items.emplace_back();
       item.source = own.get();
       item.object = &object;

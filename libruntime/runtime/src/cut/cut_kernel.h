@@ -18,9 +18,11 @@ struct CutRequest {
   float inverse_square, radius, spacing;  // 1 / |way|^2, or 0; of the ball; of the points
   float* clearance;                       // (point) distance to what was removed
   float* row_most;                        // (row of 8 points) largest clearance
+  std::uint8_t* wall;                     // (row) bits of the points about which the wall has balls
   const float* depth;                     // (point) below the surface
   const std::uint8_t* layer;              // (point)
   double* volume;                         // (layer) what is removed is added [mm^3]
+  float largest, play;                    // clearance of the middle of a ball of the wall; its distance from what was removed
 };
 
 /// Distances of a block of points from triangles, positive behind the nearest one.

@@ -41,7 +41,9 @@ void cutBlock(const CutRequest& q) {
       const F8 after = select(is_nearer, now, before);
       store(q.clearance + 8 * row, after);
       q.row_most[row] = -minLane(-after);
-      const F8 taken = (shareWithin(before, inverse_h) - shareWithin(after, inverse_h)) * shareWithin(load(q.depth + 8 * row), inverse_h);
+      const F8 depth = load(q.depth + 8 * row);
+      q.wall[row] = static_cast<std::uint8_t>(maskOf((minOf(after, depth) > splat(q.play)) & (after <= splat(q.largest))));
+      const F8 taken = (shareWithin(before, inverse_h) - shareWithin(after, inverse_h)) * shareWithin(depth, inverse_h);
       for (unsigned lanes = maskOf(taken > zero); lanes; lanes &= lanes - 1) {
         const auto lane = static_cast<unsigned>(__builtin_ctz(lanes));
         q.volume[q.layer[8 * row + lane]] += cell * static_cast<double>(taken[lane]);

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "kernel/lanes.h"
-
 namespace spheretree::runtime {
 namespace {
 
@@ -21,54 +19,51 @@ std::size_t hashOf(const BlockPlace& p) {
 
 }  // namespace
 
-CutLattice::CutLattice(double spacing, double reach, std::size_t max_blocks, const CutKernel& kernel)
-    : kernel_(kernel), spacing_(spacing), reach_(reach), table_(4 * std::bit_ceil(max_blocks)), blocks_(max_blocks) {
-  for (CutBlock& block : blocks_) block.wall.reserve(kBlockPoints);
+CutStorage::CutStorage(std::size_t max_blocks) : table_(4 * std::bit_ceil(max_blocks)), blocks_(max_blocks) {}
+
+void CutStorage::clear() {
+  std::fill(table_.begin(), table_.end(), Entry{});
+  entry_count_ = count_ = 0;
 }
 
-std::size_t CutLattice::byteCount() const {
-  return table_.size() * sizeof(Entry) + blocks_.size() * (sizeof(CutBlock) + kBlockPoints * sizeof(Sphere));
-}
-
-CutLattice::Entry& CutLattice::entryOf(const BlockPlace& place) {
-  return const_cast<Entry&>(static_cast<const CutLattice*>(this)->entryOf(place));
-}
-
-const CutLattice::Entry& CutLattice::entryOf(const BlockPlace& place) const {
-  std::size_t at = hashOf(place) & (table_.size() - 1);
+std::size_t CutStorage::entryOf(std::uint32_t lattice, const BlockPlace& place) const {
+  std::size_t at = (hashOf(place) + lattice) & (table_.size() - 1);
   for (;; at = (at + 1) & (table_.size() - 1)) {
     const Entry& entry = table_[at];
-    if (entry.index == kUnknown || (entry.place[0] == place[0] && entry.place[1] == place[1] && entry.place[2] == place[2])) return entry;
+    if (entry.index == kUnknown) return at;
+    if (entry.lattice == lattice && entry.place[0] == place[0] && entry.place[1] == place[1] && entry.place[2] == place[2]) return at;
   }
 }
 
-std::int32_t CutLattice::find(const BlockPlace& place) const { return entryOf(place).index; }
+std::int32_t CutStorage::find(std::uint32_t lattice, const BlockPlace& place) const { return table_[entryOf(lattice, place)].index; }
 
-CutBlock* CutLattice::add(const BlockPlace& place) {
+CutBlock* CutStorage::add(std::uint32_t lattice, const BlockPlace& place) {
   if (count_ == blocks_.size()) return nullptr;
-  Entry& entry = entryOf(place);
-  entry = {place, static_cast<std::int32_t>(count_)};
+  table_[entryOf(lattice, place)] = {place, lattice, static_cast<std::int32_t>(count_)};
   ++entry_count_;
   CutBlock& block = blocks_[count_++];
   block.place = place;
+  block.lattice = lattice;
   block.is_cut = false;
-  block.wall_sum = -1;
-  block.wall.clear();
-  std::fill_n(block.clearance, kBlockPoints, static_cast<float>(reach_));
-  std::fill_n(block.row_most, kBlockPoints / 8, static_cast<float>(reach_));
   return &block;
 }
 
-void CutLattice::addOutside(const BlockPlace& place) {
+void CutStorage::addOutside(std::uint32_t lattice, const BlockPlace& place) {
   if (2 * entry_count_ > table_.size()) return;  // it is asked for again
-  entryOf(place) = {place, kOutside};
+  table_[entryOf(lattice, place)] = {place, lattice, kOutside};
   ++entry_count_;
 }
 
-void CutLattice::clear() {
-  std::fill(table_.begin(), table_.end(), Entry{});
-  entry_count_ = count_ = 0;
-  is_cut_ = false;
+CutLattice::CutLattice(double spacing, double reach, std::uint32_t number, CutStorage& storage, const CutKernel& kernel)
+    : storage_(storage), kernel_(kernel), number_(number), spacing_(spacing), reach_(reach) {}
+
+CutBlock* CutLattice::add(const BlockPlace& place) {
+  CutBlock* const block = storage_.add(number_, place);
+  if (!block) return nullptr;
+  std::fill_n(block->clearance, kBlockPoints, static_cast<float>(reach_));
+  std::fill_n(block->row_most, kBlockPoints / 8, static_cast<float>(reach_));
+  std::fill_n(block->wall, kBlockPoints / 8, std::uint8_t{0});
+  return block;
 }
 
 Vector3d CutLattice::cornerOf(const BlockPlace& place) const {
@@ -95,17 +90,27 @@ Material CutLattice::at(const Vector3d& point) const {
     share[k] = static_cast<float>(q - floor);
   }
   const float x[2] = {1 - share[0], share[0]}, y[2] = {1 - share[1], share[1]}, z[2] = {1 - share[2], share[2]};
-  const bool is_in_one = (low[0] & 7) < 7 && (low[1] & 7) < 7 && (low[2] & 7) < 7;  // of two thirds of all points
   Material sum{0, 0};
-  const CutBlock* block = nullptr;
-  for (int corner = 0; corner < 8; ++corner) {
-    const std::int32_t at[3] = {low[0] + (corner & 1), low[1] + (corner >> 1 & 1), low[2] + (corner >> 2)};
-    if (corner == 0 || !is_in_one) {
-      const std::int32_t index = find({at[0] >> 3, at[1] >> 3, at[2] >> 3});  // rounds down
-      block = index >= 0 ? &blocks_[static_cast<std::size_t>(index)] : nullptr;
+  const auto blockOf = [&](int along_x, int along_y, int along_z) -> const CutBlock* {
+    const std::int32_t index = find({(low[0] + along_x) >> 3, (low[1] + along_y) >> 3, (low[2] + along_z) >> 3});  // rounds down
+    return index >= 0 ? &storage_.blocks()[static_cast<std::size_t>(index)] : nullptr;
+  };
+  const CutBlock* block = blockOf(0, 0, 0);
+  if (block && (low[0] & 7) < 7 && (low[1] & 7) < 7 && (low[2] & 7) < 7) {  // two thirds of all points
+    const auto first = static_cast<std::size_t>((low[0] & 7) | (low[1] & 7) << 3 | (low[2] & 7) << 6);
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      const std::size_t point_index = first + (corner & 1) + 8 * (corner >> 1 & 1) + 64 * (corner >> 2);
+      const float weight = x[corner & 1] * y[corner >> 1 & 1] * z[corner >> 2];
+      sum.depth += weight * block->depth[point_index];
+      sum.clearance += weight * block->clearance[point_index];
     }
-    const float weight = x[corner & 1] * y[corner >> 1 & 1] * z[corner >> 2];
-    const auto point_index = static_cast<std::size_t>((at[0] & 7) | (at[1] & 7) << 3 | (at[2] & 7) << 6);
+    return sum;
+  }
+  for (int corner = 0; corner < 8; ++corner) {
+    const int up[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
+    block = blockOf(up[0], up[1], up[2]);
+    const float weight = x[up[0]] * y[up[1]] * z[up[2]];
+    const auto point_index = static_cast<std::size_t>(((low[0] + up[0]) & 7) | ((low[1] + up[1]) & 7) << 3 | ((low[2] + up[2]) & 7) << 6);
     sum.depth += weight * (block ? block->depth[point_index] : -static_cast<float>(reach_));
     sum.clearance += weight * (block ? block->clearance[point_index] : static_cast<float>(reach_));
   }
@@ -127,7 +132,7 @@ std::uint8_t CutLattice::layerAt(const Vector3d& point) const {
     point_index |= static_cast<std::size_t>(at & 7) << 3 * k;
   }
   const std::int32_t index = find(place);
-  return index >= 0 ? blocks_[static_cast<std::size_t>(index)].layer[point_index] : std::uint8_t{0};
+  return index >= 0 ? storage_.blocks()[static_cast<std::size_t>(index)].layer[point_index] : std::uint8_t{0};
 }
 
 std::uint32_t CutLattice::remove(const Vector3d& from, const Vector3d& to, double radius, std::span<double> volume) {
@@ -141,6 +146,8 @@ std::uint32_t CutLattice::remove(const Vector3d& from, const Vector3d& to, doubl
   request.radius = static_cast<float>(radius);
   request.spacing = static_cast<float>(spacing_);
   request.volume = volume.data();
+  request.largest = static_cast<float>(largestWallBall());
+  request.play = static_cast<float>(kPlay);
   std::uint32_t work = 0;
   BlockPlace place;
   for (place[2] = low[2]; place[2] <= high[2]; ++place[2])
@@ -151,7 +158,7 @@ std::uint32_t CutLattice::remove(const Vector3d& from, const Vector3d& to, doubl
         const Vector3d middle = middleOf(place) - from;
         const double along = square > 0 ? std::clamp(middle.dot(way) / square, 0.0, 1.0) : 0;
         if ((middle - along * way).norm() > far + blockRadius()) continue;
-        CutBlock& block = blocks_[static_cast<std::size_t>(index)];
+        CutBlock& block = storage_.blocks()[static_cast<std::size_t>(index)];
         block.is_cut = true;
         for (std::size_t k = 0; k < 3; ++k) {
           cut_low_[k] = is_cut_ ? std::min(cut_low_[k], place[k]) : place[k];
@@ -163,6 +170,7 @@ std::uint32_t CutLattice::remove(const Vector3d& from, const Vector3d& to, doubl
         request.clearance = block.clearance;
         request.row_most = block.row_most;
         request.depth = block.depth;
+        request.wall = block.wall;
         request.layer = block.layer;
         kernel_.cutBlock(request);
         work += kBlockPoints / 8;
@@ -170,28 +178,19 @@ std::uint32_t CutLattice::remove(const Vector3d& from, const Vector3d& to, doubl
   return work;
 }
 
-const std::vector<Sphere>& CutLattice::wallOf(std::size_t index) {
-  CutBlock& block = blocks_[index];
-  F8 sums = splat(0);
-  for (std::size_t first = 0; first < kBlockPoints; first += 8) sums += load(block.clearance + first);
-  float sum = 0;
-  for (unsigned k = 0; k < 8; ++k) sum += sums[k];
-  if (sum == block.wall_sum) return block.wall;  // clearances only become smaller
-  block.wall_sum = sum;
-  block.wall.clear();
-  const F8 zero = splat(0), largest = splat(static_cast<float>(largestWallBall()));
+std::size_t CutLattice::wallOf(const CutBlock& block, Sphere* const to) const {
   const Vector3d corner = cornerOf(block.place);
-  for (std::size_t first = 0; first < kBlockPoints; first += 8) {
-    const F8 clearance = load(block.clearance + first),
-             radius = minOf(clearance, load(block.depth + first)) - splat(static_cast<float>(kPlay));
-    for (unsigned lanes = maskOf((radius > zero) & (clearance <= largest)); lanes; lanes &= lanes - 1) {
-      const auto lane = static_cast<unsigned>(__builtin_ctz(lanes));
-      block.wall.push_back({static_cast<float>(corner[0] + spacing_ * lane),
-                            static_cast<float>(corner[1] + spacing_ * static_cast<double>(first >> 3 & 7)),
-                            static_cast<float>(corner[2] + spacing_ * static_cast<double>(first >> 6)), radius[lane]});
+  std::size_t count = 0;
+  for (std::size_t row = 0; row < kBlockPoints / 8; ++row)
+    for (unsigned lanes = block.wall[row]; lanes; lanes &= lanes - 1) {
+      const auto lane = static_cast<unsigned>(std::countr_zero(lanes));
+      const std::size_t point = 8 * row + lane;
+      to[count++] = {static_cast<float>(corner[0] + spacing_ * lane),
+                     static_cast<float>(corner[1] + spacing_ * static_cast<double>(row & 7)),
+                     static_cast<float>(corner[2] + spacing_ * static_cast<double>(row >> 3)),
+                     std::min(block.clearance[point], block.depth[point]) - static_cast<float>(kPlay)};
     }
-  }
-  return block.wall;
+  return count;
 }
 
 }  // namespace spheretree::runtime

@@ -21,13 +21,43 @@ using BlockPlace = std::array<std::int32_t, 3>;  // of a block in the lattice, i
 
 struct CutBlock {
   BlockPlace place{};
-  float depth[kBlockPoints];         // below the surface, negative outside; within +-reach
-  float clearance[kBlockPoints];     // distance to what was removed, negative within; at most reach
-  float row_most[kBlockPoints / 8];  // largest clearance of each row of 8 points
-  std::uint8_t layer[kBlockPoints];  // innermost layer that contains the point
-  bool is_cut = false;               // something was removed within reach of a point
-  float wall_sum = -1;               // of the clearances that `wall` was made from; -1: none
-  std::vector<Sphere> wall;          // balls in the material that touch what was removed; capacity kBlockPoints
+  std::uint32_t lattice = 0;            // that it belongs to
+  float depth[kBlockPoints];            // below the surface, negative outside; within +-reach
+  float clearance[kBlockPoints];        // distance to what was removed, negative within; at most reach
+  float row_most[kBlockPoints / 8];     // largest clearance of each row of 8 points
+  std::uint8_t layer[kBlockPoints];     // innermost layer that contains the point
+  std::uint8_t wall[kBlockPoints / 8];  // (row) bits of the points about which the wall has balls
+  bool is_cut = false;                  // something was removed within reach of a point
+};
+
+/// The blocks of the lattices of all objects, which are numbered. Allocated once.
+class CutStorage {
+ public:
+  static constexpr std::int32_t kUnknown = -1, kOutside = -2;  // a block that was not made; one without material
+  explicit CutStorage(std::size_t max_blocks);
+  /// Forgets all blocks.
+  void clear();
+
+  /// The index of a block, or one of the constants above.
+  std::int32_t find(std::uint32_t lattice, const BlockPlace& place) const;
+  /// A new block; null if the memory is full.
+  CutBlock* add(std::uint32_t lattice, const BlockPlace& place);
+  void addOutside(std::uint32_t lattice, const BlockPlace& place);
+  std::span<CutBlock> blocks() { return {blocks_.data(), count_}; }
+  std::span<const CutBlock> blocks() const { return {blocks_.data(), count_}; }
+
+ private:
+  struct Entry {
+    BlockPlace place{};
+    std::uint32_t lattice = 0;
+    std::int32_t index = kUnknown;
+  };
+  std::size_t entryOf(std::uint32_t lattice, const BlockPlace& place) const;
+
+  std::vector<Entry> table_;  // open addressing; its size is a power of two
+  std::size_t entry_count_ = 0;
+  std::vector<CutBlock> blocks_;
+  std::size_t count_ = 0;
 };
 
 /// Depth and clearance at a point.
@@ -37,25 +67,23 @@ struct Material {
 
 class CutLattice {
  public:
-  /// Allocates all memory. `reach`: of the fields.
-  CutLattice(double spacing, double reach, std::size_t max_blocks, const CutKernel& kernel);
+  /// `reach`: of the fields. `storage` must outlive the lattice, which is the only one of its number there.
+  CutLattice(double spacing, double reach, std::uint32_t number, CutStorage& storage, const CutKernel& kernel);
 
   const CutKernel& kernel() const { return kernel_; }
   double spacing() const { return spacing_; }
   double reach() const { return reach_; }
-  std::size_t byteCount() const;
 
-  static constexpr std::int32_t kUnknown = -1, kOutside = -2;  // a block that was not made; one without material
-  /// The index of a block, or one of these.
-  std::int32_t find(const BlockPlace& place) const;
-  /// A new block in this place, without content; null if the memory is full.
+  /// As in the storage.
+  std::int32_t find(const BlockPlace& place) const { return storage_.find(number_, place); }
+  /// A new block in this place, where nothing is removed; null if the memory is full.
   CutBlock* add(const BlockPlace& place);
-  void addOutside(const BlockPlace& place);
-  CutBlock& block(std::size_t index) { return blocks_[index]; }
-  const CutBlock& block(std::size_t index) const { return blocks_[index]; }
-  std::size_t blockCount() const { return count_; }
-  /// Forgets all blocks.
-  void clear();
+  void addOutside(const BlockPlace& place) { storage_.addOutside(number_, place); }
+  /// Whether the block is of this lattice, with something removed near it.
+  bool hasWall(const CutBlock& block) const { return block.is_cut && block.lattice == number_; }
+  bool isCut() const { return is_cut_; }
+  /// After the storage has forgotten its blocks.
+  void mend() { is_cut_ = false; }
 
   /// Of the first point of a block.
   Eigen::Vector3d cornerOf(const BlockPlace& place) const;
@@ -72,28 +100,20 @@ class CutLattice {
   std::uint32_t remove(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius, std::span<double> volume);
   /// The distance of a point from the box around all blocks that were cut; infinite if there is none.
   double distanceFromCut(const Eigen::Vector3d& point) const;
-  /// Balls about points of the lattice in the material, as large as fits, where something was removed nearby: they
-  /// come to within a small play of what was removed.
-  const std::vector<Sphere>& wallOf(std::size_t block);
+  /// Writes balls about points of the block in the material, as large as fits, where something was removed nearby: they
+  /// come to within a small play of what was removed. Returns their number, at most kBlockPoints.
+  std::size_t wallOf(const CutBlock& block, Sphere* to) const;
   double largestWallBall() const { return kWallSpacings * spacing_; }
 
  private:
   static constexpr double kWallSpacings = 2.5;
   // A burr that fits its hole exactly would be stuck in it by rounding: no spindle runs truer than this.
   static constexpr double kPlay = 0.005;  // [mm]
-  struct Entry {
-    BlockPlace place;
-    std::int32_t index = kUnknown;
-  };
-  Entry& entryOf(const BlockPlace& place);
-  const Entry& entryOf(const BlockPlace& place) const;
 
+  CutStorage& storage_;
   const CutKernel& kernel_;
+  std::uint32_t number_;
   double spacing_, reach_;
-  std::vector<Entry> table_;  // open addressing; its size is a power of two
-  std::size_t entry_count_ = 0;
-  std::vector<CutBlock> blocks_;
-  std::size_t count_ = 0;
   bool is_cut_ = false;
   BlockPlace cut_low_{}, cut_high_{};  // of the blocks that were cut
 };

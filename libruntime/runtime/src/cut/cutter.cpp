@@ -19,13 +19,15 @@ using Eigen::Vector3d;
 constexpr double kSpacingShare = 1.0 / 8, kFinest = 0.03, kCoarsest = 0.1;  // [mm]
 constexpr double kReachSpacings = 4;
 constexpr double kBiteSpacings = 2;
-constexpr double kAhead = 1;              // blocks are made this far ahead of need [mm]
-constexpr int kAheadBlocks = 2;           // as many a step
-constexpr std::size_t kMaxBlocks = 8192;  // 48 MB
-constexpr int kFacets = 192;              // of a burr ball: each turns by 8 degrees
-constexpr double kEdge = 0.25;            // the rim of what was removed is this wide, in spacings
-constexpr double kRoundingSlack = 1e-5;   // of distances in floats [mm]
-constexpr int kMaxTraces = 12;            // of the way to the material
+constexpr double kAhead = 1;                // blocks are made this far ahead of need [mm]
+constexpr int kAheadBlocks = 2;             // as many a step
+constexpr std::size_t kMaxBlocks = 8192;    // of all objects: 40 MB
+constexpr int kFacets = 192;                // of a burr ball: each turns by 8 degrees
+constexpr double kEdge = 0.25;              // the rim of what was removed is this wide, in spacings
+constexpr double kRoundingSlack = 1e-5;     // of distances in floats [mm]
+constexpr std::size_t kMaxWalls = 1 << 16;  // slots of a pair
+constexpr double kNoRow = 1e6;              // a larger gap is that of a row that holds always [mm]
+constexpr int kMaxTraces = 12;              // of the way to the material
 
 // Points evenly on the unit sphere: the spiral of equal areas whose turns are apart by the golden angle.
 std::vector<Vector3d> spiral(int count) {
@@ -39,9 +41,31 @@ std::vector<Vector3d> spiral(int count) {
 
 Vector3d placeOf(const Configuration& pose, const Sphere& ball) { return pose.position + pose.orientation * centreOf(ball); }
 
+// The way of a facet at `from` along its normal to the material, at most the lattice's reach; and the share of the
+// facet that meets it.
+double gapAlong(const CutLattice& lattice, const Vector3d& from, const Vector3d& direction, float& share) {
+  const auto inverse_h = static_cast<float>(1 / lattice.spacing());
+  Material here = lattice.at(from);
+  share = std::clamp(0.5f + here.depth * inverse_h, 0.0f, 1.0f) *
+          std::clamp(1 + here.clearance * inverse_h / static_cast<float>(kEdge), 0.0f, 1.0f);
+  if (share > 0) return 0;
+  double way = 0;
+  for (int trace = 0; trace < kMaxTraces; ++trace) {
+    const double further = -static_cast<double>(std::min(here.depth, here.clearance));
+    if (further <= 0) {
+      share = 1;
+      return way;
+    }
+    way += std::max(further, 0.1 * lattice.spacing());
+    if (way > lattice.reach()) break;
+    here = lattice.at(from + way * direction);
+  }
+  return lattice.reach();
+}
+
 }  // namespace
 
-Cutter::Cutter(StepMemory& memory) : memory_(memory), scene_(memory.scene), directions_(spiral(kFacets)) {
+Cutter::Cutter(StepMemory& memory) : memory_(memory), scene_(memory.scene), storage_(kMaxBlocks), directions_(spiral(kFacets)) {
   for (std::uint32_t i = 0; i < scene_.objects.size(); ++i)
     if (scene_.shapeOf(i).cut) {
       works_.push_back(makeWork(i));
@@ -49,30 +73,28 @@ Cutter::Cutter(StepMemory& memory) : memory_(memory), scene_(memory.scene), dire
     }
   const std::size_t facets = works_.size() * scene_.burr.size() * kFacets;
   facets_.reserve(facets);
-  facet_layer_.reserve(facets);
-  facet_work_.reserve(facets);
-  facet_arm_.reserve(facets);
+  facet_of_.reserve(facets);
   ahead_.reserve(kAheadBlocks);
   near_parts_.reserve(scene_.wall_slots.size());
-  walls_.reserve(1 << 16);
+  walls_.resize(kMaxWalls);
   pairs_.reserve(scene_.step_limits.max_pairs + 16);
   runs_.reserve(2 * scene_.objects.size());
 }
 
-Cutter::Work Cutter::makeWork(std::uint32_t object) const {
+Cutter::Work Cutter::makeWork(std::uint32_t object) {
   const CompiledShape& shape = scene_.shapeOf(object);
   float smallest = scene_.burr[0].radius;
   for (const Sphere& ball : scene_.burr) smallest = std::min(smallest, ball.radius);
   const double spacing = std::clamp(kSpacingShare * static_cast<double>(smallest), kFinest, kCoarsest);
-  Work work{
-      object,
-      shape,
-      *shape.cut,
-      CutLayers(shape.skin),
-      CutLattice(spacing, kReachSpacings * spacing, kMaxBlocks, memory_.kernel == &scalarKernel() ? scalarCutKernel() : avx2CutKernel()),
-      {},
-      CutState::kNone,
-      {}};
+  Work work{object,
+            shape,
+            *shape.cut,
+            CutLayers(shape.skin),
+            CutLattice(spacing, kReachSpacings * spacing, object, storage_,
+                       memory_.kernel == &scalarKernel() ? scalarCutKernel() : avx2CutKernel()),
+            {},
+            CutState::kNone,
+            {}};
   for (const CutLayer& layer : shape.cut->material.inner) work.layers.add(compileSurface(*layer.surface, -shape.centre));
   work.removed = std::vector<double>(work.layers.count());
   work.burr = std::vector<Near>(scene_.burr.size());
@@ -88,8 +110,9 @@ Cutter::Work* Cutter::workOf(std::size_t object) {
 const Cutter::Work* Cutter::workOf(std::size_t object) const { return const_cast<Cutter*>(this)->workOf(object); }
 
 void Cutter::mend() {
+  storage_.clear();
   for (Work& work : works_) {
-    work.lattice.clear();
+    work.lattice.mend();
     std::fill(work.removed.begin(), work.removed.end(), 0.0);
     std::fill(work.burr.begin(), work.burr.end(), Near{});
     work.layer = CutState::kNone;
@@ -110,9 +133,13 @@ Vector3d Cutter::localOf(const Work& work, const Vector3d& world) const {
   return object.rotation.transpose() * (world - object.anchor);
 }
 
+bool Cutter::isRemoved(const Work& work, const Vector3d& point) {
+  return work.lattice.isCut() && work.lattice.at(point).clearance < -kEdge * work.lattice.spacing();
+}
+
 bool Cutter::isRemoved(std::size_t object, const Vector3d& point) const {
-  const Work* work = workOf(object);
-  return work && work->lattice.blockCount() > 0 && work->lattice.at(point).clearance < -kEdge * work->lattice.spacing();
+  const Work* const work = workOf(object);
+  return work && isRemoved(*work, point);
 }
 
 // Makes the blocks within `needed` of the ball, and some of those within `ahead` of that. No surface is within `free`
@@ -130,7 +157,7 @@ bool Cutter::makeBlocks(Work& work, Near& near, double needed, double ahead, dou
     for (place[1] = low[1]; place[1] <= high[1]; ++place[1])
       for (place[0] = low[0]; place[0] <= high[0]; ++place[0]) {
         const double middle = (lattice.middleOf(place) - near.at).norm(), nearest = middle - lattice.blockRadius() - lattice.spacing();
-        if (nearest > all || lattice.find(place) != CutLattice::kUnknown) continue;
+        if (nearest > all || lattice.find(place) != CutStorage::kUnknown) continue;
         if (middle + lattice.blockRadius() + lattice.reach() < free) {
           lattice.addOutside(place);
         } else if (nearest <= needed) {
@@ -169,28 +196,6 @@ Cutter::Reach Cutter::prepare(Work& work, std::size_t ball, double way, std::uin
   return Reach::Near;
 }
 
-// The way of a facet at `from` along its normal to the material, at most the lattice's reach; and the share of the
-// facet that meets it.
-double Cutter::gapAlong(const CutLattice& lattice, const Vector3d& from, const Vector3d& direction, float& share) const {
-  const auto inverse_h = static_cast<float>(1 / lattice.spacing());
-  Material here = lattice.at(from);
-  share = std::clamp(0.5f + here.depth * inverse_h, 0.0f, 1.0f) *
-          std::clamp(1 + here.clearance * inverse_h / static_cast<float>(kEdge), 0.0f, 1.0f);
-  if (share > 0) return 0;
-  double way = 0;
-  for (int trace = 0; trace < kMaxTraces; ++trace) {
-    const double further = -static_cast<double>(std::min(here.depth, here.clearance));
-    if (further <= 0) {
-      share = 1;
-      return way;
-    }
-    way += std::max(further, 0.1 * lattice.spacing());
-    if (way > lattice.reach()) break;
-    here = lattice.at(from + way * direction);
-  }
-  return lattice.reach();
-}
-
 void Cutter::addFacets(Work& work, std::size_t ball) {
   const CompiledObject& object = memory_.objects[work.object];
   const MovingBody& body = memory_.bodies[object.body];
@@ -211,9 +216,7 @@ void Cutter::addFacets(Work& work, std::size_t ball) {
     facet.gap = gap + facet.direction.dot(carried);
     facet.area = 4 * M_PI / kFacets * radius * radius * static_cast<double>(share);
     facet.rate = (layer == 0 ? material.removal : material.inner[layer - 1u].removal) * M_PI * radius * radius;
-    facet_layer_.push_back(layer);
-    facet_work_.push_back(static_cast<std::uint8_t>(&work - works_.data()));
-    facet_arm_.push_back(arm);
+    facet_of_.push_back({&work, layer, arm});
   }
 }
 
@@ -230,7 +233,7 @@ double Cutter::shareWithin(const Vector6& y) const {
     }
   }
   for (std::size_t i = 0; i < facets_.size(); ++i) {
-    const double towards = facets_[i].along.dot(y), most = facets_[i].gap + kBiteSpacings * works_[facet_work_[i]].lattice.spacing();
+    const double towards = facets_[i].along.dot(y), most = facets_[i].gap + kBiteSpacings * facet_of_[i].work->lattice.spacing();
     if (share * towards > most) share = std::max(0.0, most / towards);
   }
   return share;
@@ -250,17 +253,17 @@ Vector6 Cutter::rubbedTarget(const CutStep& step, const Vector6& target) const {
     const Vector3d motion = axis.cross(facet.direction);
     const double length = motion.norm();
     if (!(depth > 0 && length > 1e-6)) continue;
-    const double tangential = works_[facet_work_[i]].model.material.tangential;
+    const double tangential = facet_of_[i].work->model.material.tangential;
     const Vector3d pull =
         -tangential * step.force.norm() * (depth * facet.area / facet.rate / sum) / (scene_.pull.translation * length) * motion;
     out.head<3>() += pull;
-    out.tail<3>() += facet_arm_[i].cross(pull) / scene_.angle_length;
+    out.tail<3>() += facet_of_[i].arm.cross(pull) / scene_.angle_length;
   }
   return out;
 }
 
 Configuration Cutter::resisted(const Configuration& aim, StepResult& result) {
-  facets_.clear(), facet_layer_.clear(), facet_work_.clear(), facet_arm_.clear();
+  facets_.clear(), facet_of_.clear();
   for (Work& work : works_) {
     work.layer = CutState::kNone;
     for (Near& near : work.burr) near.is_near = false;
@@ -295,8 +298,8 @@ Configuration Cutter::resisted(const Configuration& aim, StepResult& result) {
   result.work += static_cast<std::uint32_t>(facets_.size());
   for (std::size_t i = 0; i < facets_.size(); ++i) {
     if (!(facets_[i].along.dot(step.y) > facets_[i].gap)) continue;
-    std::uint32_t& layer = works_[facet_work_[i]].layer;
-    layer = layer == CutState::kNone ? facet_layer_[i] : std::max(layer, std::uint32_t{facet_layer_[i]});
+    std::uint32_t& layer = facet_of_[i].work->layer;
+    layer = layer == CutState::kNone ? facet_of_[i].layer : std::max(layer, std::uint32_t{facet_of_[i].layer});
   }
   const Vector6 y = shareWithin(step.y) * step.y;
   return moved(memory_.graphic, {y.head<3>(), y.tail<3>() / scene_.angle_length});
@@ -356,27 +359,27 @@ bool Cutter::addWallsOf(Work& work, const Configuration& pose, double margin, st
   if (near_parts_.empty()) return true;
   const double block_radius = work.lattice.blockRadius() + work.lattice.largestWallBall();
   const std::size_t begin = pairs_.size(), capacity = scene_.step_limits.max_pairs;
-  for (std::size_t b = 0; b < work.lattice.blockCount(); ++b) {
-    if (!work.lattice.block(b).is_cut) continue;
-    const Vector3d middle = work.lattice.middleOf(work.lattice.block(b).place);
-    const std::size_t first = walls_.size();
-    if (first + kBlockPoints > walls_.capacity()) return false;
-    const std::vector<Sphere>* wall = nullptr;
+  for (const CutBlock& block : storage_.blocks()) {
+    if (!work.lattice.hasWall(block)) continue;
+    const Vector3d middle = work.lattice.middleOf(block.place);
+    const std::size_t first = wall_count_;
+    if (first + kBlockPoints > walls_.size()) return false;
+    std::size_t end = first;
     bool is_used = false;
     for (const NearPart& part : near_parts_) {
       ++tests;
       if ((part.at - middle).squaredNorm() > (part.reach + block_radius) * (part.reach + block_radius)) continue;
-      if (!wall) wall = &work.lattice.wallOf(b);
-      tests += static_cast<std::uint32_t>(wall->size());
-      for (std::size_t w = 0; w < wall->size(); ++w) {
-        const double sum = part.reach + static_cast<double>((*wall)[w].radius);
-        if ((part.at - centreOf((*wall)[w])).squaredNorm() > sum * sum) continue;
+      if (end == first) end += work.lattice.wallOf(block, walls_.data() + first);
+      tests += static_cast<std::uint32_t>(end - first);
+      for (std::size_t w = first; w < end; ++w) {
+        const double sum = part.reach + static_cast<double>(walls_[w].radius);
+        if ((part.at - centreOf(walls_[w])).squaredNorm() > sum * sum) continue;
         if (pairs_.size() == capacity) return false;
-        pairs_.push_back(part.slot << 16 | static_cast<std::uint32_t>(first + w));
+        pairs_.push_back(part.slot << 16 | static_cast<std::uint32_t>(w));
         is_used = true;
       }
     }
-    if (is_used) walls_.insert(walls_.end(), wall->begin(), wall->end());
+    if (is_used) wall_count_ = end;
   }
   if (pairs_.size() > begin)
     runs_.push_back({work.object, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(pairs_.size() - begin), true});
@@ -385,7 +388,7 @@ bool Cutter::addWallsOf(Work& work, const Configuration& pose, double margin, st
 
 void Cutter::addWalls(const Configuration& pose, double margin, PairSet& set) {
   if (set.coarse) return;
-  pairs_.clear(), runs_.clear(), walls_.clear();
+  pairs_.clear(), runs_.clear(), wall_count_ = 0;
   bool fits = true;
   std::uint32_t tests = 0;
   const PairRun* run = set.runs.data();
@@ -406,31 +409,33 @@ void Cutter::addWalls(const Configuration& pose, double margin, PairSet& set) {
 
 void Cutter::dropRemoved(const PairSet& set, std::uint32_t first, const Configuration& pose, RowSet& rows) const {
   const Eigen::Matrix3d rotation = pose.orientation.toRotationMatrix();
-  float smallest = std::numeric_limits<float>::infinity();
   bool is_changed = false;
   for (const PairRun& run : set.runs) {
     const Work* const work = run.of_wall ? nullptr : workOf(run.object);
-    const bool is_cut = work && work->lattice.blockCount() > 0;
+    if (!work || !work->lattice.isCut()) continue;
     for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i) {
       const std::uint32_t row = first + i;
       const auto weight = static_cast<double>(rows.weight[row]);
       const double gap = -static_cast<double>(rows.b[row]) / weight;
-      if (is_cut && gap < 1e6) {
-        const Sphere& ball = scene_.tool.spheres[set.pairs[i] >> 16];
-        Vector3d normal;
-        for (std::size_t k = 0; k < 3; ++k) normal[static_cast<Eigen::Index>(k)] = static_cast<double>(rows.rows.a[k][row]) / weight;
-        const Vector3d touched = pose.position + rotation * centreOf(ball) - (static_cast<double>(ball.radius) + gap) * normal;
-        if (isRemoved(run.object, localOf(*work, touched))) {
-          for (std::size_t k = 0; k < 6; ++k) const_cast<float*>(rows.rows.a[k])[row] = 0;
-          rows.b[row] = std::min(rows.b[row], 0.0f);  // keeps its gap, since the tool may come to where the surface is left
-          is_changed = true;
-          continue;
-        }
-      }
-      if (rows.weight[row] > 0) smallest = std::min(smallest, -rows.b[row] / rows.weight[row]);
+      if (gap > kNoRow) continue;
+      const Sphere& ball = scene_.tool.spheres[set.pairs[i] >> 16];
+      Vector3d normal;
+      for (std::size_t k = 0; k < 3; ++k) normal[static_cast<Eigen::Index>(k)] = static_cast<double>(rows.rows.a[k][row]) / weight;
+      const Vector3d touched = pose.position + rotation * centreOf(ball) - (static_cast<double>(ball.radius) + gap) * normal;
+      if (!isRemoved(*work, localOf(*work, touched))) continue;
+      for (std::size_t k = 0; k < 6; ++k) memory_.rowArray(k)[row] = 0;
+      rows.b[row] = std::min(rows.b[row], 0.0f);  // keeps its gap, since the tool may come to where the surface is left
+      is_changed = true;
     }
   }
-  if (is_changed) (first == 0 ? rows.smallest_gap : rows.smallest_felt_gap) = smallest;
+  if (!is_changed) return;
+  float smallest = std::numeric_limits<float>::infinity();
+  for (std::uint32_t row = first; row < first + set.pairs.size(); ++row) {
+    float size = 0;
+    for (std::size_t k = 0; k < 3; ++k) size = std::max(size, std::abs(rows.rows.a[k][row]));
+    if (size > 0) smallest = std::min(smallest, -rows.b[row] / rows.weight[row]);
+  }
+  (first == 0 ? rows.smallest_gap : rows.smallest_felt_gap) = smallest;
 }
 
 }  // namespace spheretree::runtime

@@ -49,16 +49,22 @@ class Cutter final : public Cutting {
     Eigen::Vector3d at;  // axes of the object
     double reach;        // radius and margin [mm]
   };
+  /// What a facet belongs to.
+  struct FacetOf {
+    Work* work;
+    std::uint8_t layer;
+    Eigen::Vector3d arm;  // from the reference point to the centre of its ball, world axes
+  };
   enum class Reach : std::uint8_t { Far, Near, Unknown };
 
-  Work makeWork(std::uint32_t object) const;
+  Work makeWork(std::uint32_t object);
   Work* workOf(std::size_t object);
   const Work* workOf(std::size_t object) const;
+  static bool isRemoved(const Work& work, const Eigen::Vector3d& point);
   Eigen::Vector3d localOf(const Work& work, const Eigen::Vector3d& world) const;
   Reach prepare(Work& work, std::size_t ball, double way, std::uint32_t max_work, StepResult& result);
   bool makeBlocks(Work& work, Near& near, double needed, double ahead, double free, std::uint32_t max_work, StepResult& result);
   void addFacets(Work& work, std::size_t ball);
-  double gapAlong(const CutLattice& lattice, const Eigen::Vector3d& from, const Eigen::Vector3d& direction, float& share) const;
   Vector6 rubbedTarget(const CutStep& step, const Vector6& target) const;
   double shareWithin(const Vector6& y) const;
   void addPairs(const PairSet& set, const PairRun& run);
@@ -68,14 +74,15 @@ class Cutter final : public Cutting {
   StepMemory& memory_;
   const CompiledScene& scene_;
   bool rubs_ = false;  // some material has a tangential force
+  CutStorage storage_;
   std::vector<Work> works_;
   std::vector<Eigen::Vector3d> directions_;  // of the facets of a burr ball, axes of the object
   std::vector<CutFacet> facets_;
-  std::vector<std::uint8_t> facet_layer_, facet_work_;  // (facet)
-  std::vector<Eigen::Vector3d> facet_arm_;              // (facet) from the reference point to the centre of its ball, world axes
-  std::vector<BlockPlace> ahead_;                       // scratch
+  std::vector<FacetOf> facet_of_;  // (facet)
+  std::vector<BlockPlace> ahead_;  // scratch
   std::vector<NearPart> near_parts_;
-  std::vector<Sphere> walls_;
+  std::vector<Sphere> walls_;  // of which wall_count_ are used
+  std::size_t wall_count_ = 0;
   std::vector<std::uint32_t> pairs_;
   std::vector<PairRun> runs_;
 };
