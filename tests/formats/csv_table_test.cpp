@@ -64,6 +64,18 @@ TEST(CsvTable, NamesThePlaceOfWhatIsWrong) {
             "in.csv, line 1: there is no column c: add it");
 }
 
+TEST(CsvTable, SemicolonsSeparateNumbersInAField) {
+  CsvTable table("a\n1;-2.5;3e2\n\n7;\nx;1\n", "t.csv");
+  ASSERT_TRUE(table.next());
+  EXPECT_EQ(table.numbers(0), (std::vector<double>{1, -2.5, 300}));
+  EXPECT_EQ(test::refusalOf<FormatError>([&] { table.numbers(0, 360 - 61); }),
+            "t.csv, line 2: column 1 (a) is \"1;-2.5;3e2\": write numbers within 299, separated by semicolons");
+  ASSERT_TRUE(table.next());
+  EXPECT_EQ(table.numbers(0), std::vector<double>{7});
+  ASSERT_TRUE(table.next());
+  EXPECT_THROW(table.numbers(0), FormatError);
+}
+
 TEST(CsvTable, FieldsComeBackAsTheyWere) {
   std::string all;
   for (int c = 1; c < 256; ++c) all += static_cast<char>(c);

@@ -24,6 +24,10 @@ case_grade() {
   says '^  pulp  *removed .* mm from the cut' out
   expect 0 grade run.csv --volume-tolerance 2 --lesion dentine --json
   says '"layer": "dentine"' out
+  expect 0 grade run.csv --at 100 --json
+  says '"steps": 101' out
+  expect 4 grade run.csv --at 99999999
+  says 'before tick' err
   expect 2 grade run.csv --volume-tolerance 0
   expect 2 grade run.csv -o page.txt
   expect 4 grade cavity/drill.csv

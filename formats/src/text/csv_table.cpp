@@ -51,6 +51,19 @@ double CsvTable::number(std::size_t column, double limit) const {
   return value;
 }
 
+std::vector<double> CsvTable::numbers(std::size_t column, double limit) const {
+  std::vector<double> out;
+  for (std::string_view rest = fields_[column]; !rest.empty();) {
+    const std::size_t end = std::min(rest.find(';'), rest.size());
+    double value = 0;
+    if (parseDouble(rest.substr(0, end), value) != NumberFault::None || !(std::abs(value) <= limit))
+      failField(column, "write numbers within " + shortest(limit) + ", separated by semicolons");
+    out.push_back(value);
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return out;
+}
+
 std::uint64_t CsvTable::count(std::size_t column, std::uint64_t limit) const {
   const std::string_view word = fields_[column];
   std::uint64_t value = 0;

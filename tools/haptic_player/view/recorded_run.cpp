@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <string_view>
@@ -52,14 +51,8 @@ class RunReader {
 
   HingeAngles angles() const {
     HingeAngles out{};
-    std::string_view field = table_.field(*hinges_);
-    for (std::size_t k = 0; k < kMaxHinges && !field.empty(); ++k) {
-      const std::size_t end = std::min(field.find(';'), field.size());
-      const auto [stop, error] = std::from_chars(field.data(), field.data() + end, out[k]);
-      if (error != std::errc() || stop != field.data() + end || !(std::abs(out[k]) <= 360))
-        table_.failField(*hinges_, "write angles within 360 degrees, separated by semicolons");
-      field.remove_prefix(std::min(end + 1, field.size()));
-    }
+    const std::vector<double> read = table_.numbers(*hinges_, 360);
+    std::copy_n(read.begin(), std::min(read.size(), kMaxHinges), out.begin());
     return out;
   }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <span>
@@ -36,21 +35,6 @@ struct ToolRows {
 
 constexpr const char* kAdvice = "give a recording of haptic-player --record";
 
-std::vector<double> anglesOf(const formats::CsvTable& table, std::size_t column) {
-  std::vector<double> out;
-  std::string_view field = table.field(column);
-  while (!field.empty()) {
-    const std::size_t end = std::min(field.find(';'), field.size());
-    double angle = 0;
-    const auto [stop, error] = std::from_chars(field.data(), field.data() + end, angle);
-    if (error != std::errc() || stop != field.data() + end || !(std::abs(angle) <= 360))
-      table.failField(column, "write angles within 360 degrees, separated by semicolons");
-    out.push_back(angle);
-    field.remove_prefix(std::min(end + 1, field.size()));
-  }
-  return out;
-}
-
 ToolRows readRows(std::string_view text, const std::string& name, std::uint64_t last_tick) {
   formats::CsvTable table(text, name);
   std::array<std::size_t, 7> pose{};
@@ -75,7 +59,7 @@ ToolRows readRows(std::string_view text, const std::string& name, std::uint64_t 
     for (std::size_t k = 0; k < 7; ++k) v[k] = table.number(pose[k], 1e7);
     row.tool = {{v[0], v[1], v[2]}, {v[3], v[4], v[5], v[6]}};
     if (!(std::abs(row.tool.orientation.norm() - 1) < 1e-3)) table.failField(pose[3], "the quaternion is not of length 1");
-    if (hinges) row.hinges = anglesOf(table, *hinges);
+    if (hinges) row.hinges = table.numbers(*hinges, 360);
     out.rows.push_back(std::move(row));
   }
   if (out.rows.empty()) table.fail("no step was recorded");

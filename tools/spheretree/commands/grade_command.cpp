@@ -23,6 +23,7 @@ struct GradeOptions {
   std::filesystem::path input, output;
   std::string lesion = "lesion";
   double tolerance = 0;
+  std::uint64_t last_tick = pipeline::kWholeRun;
   int threads = 0;
   bool json = false;
 };
@@ -48,7 +49,7 @@ int runGrade(const GradeOptions& options, bool quiet, builder::Progress& progres
   files.willWrite(options.output, {".html", ".htm"}, "the page");
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<std::size_t>(builder::usefulThreads(options.threads)));
-  const pipeline::CutRun run = pipeline::readCutRun(options.input, pipeline::kWholeRun, progress);
+  const pipeline::CutRun run = pipeline::readCutRun(options.input, options.last_tick, progress);
   const std::vector<pipeline::GradedObject> objects = pipeline::gradeRun(run, options.tolerance, options.lesion, progress);
   clearProgressLine();
   if (!options.output.empty()) formats::writeWhole(options.output, gradePage(run, objects, options.input.filename().string()));
@@ -83,6 +84,7 @@ void addGradeCommand(Program& program) {
       ->type_name("MM3")
       ->check(numberIn(1e-6, 1e6));
   app->add_option("--lesion", options->lesion, "Name of the layer that was to be removed; default lesion")->type_name("NAME");
+  app->add_option("--at", options->last_tick, "Tick of the recording up to which it is graded; default: all of it")->type_name("TICK");
   addThreads(*app, options->threads);
   app->add_flag("--json", options->json, "Print the figures as JSON on stdout");
 }

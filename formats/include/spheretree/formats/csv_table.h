@@ -30,6 +30,8 @@ class CsvTable {
   std::string_view field(std::size_t column) const { return fields_[column]; }
   /// @throws FormatError unless the field is a finite number with an absolute value of at most `limit`.
   double number(std::size_t column, double limit = 1e30) const;
+  /// The numbers of a field, which semicolons separate; none for an empty one. @throws FormatError as number() does.
+  std::vector<double> numbers(std::size_t column, double limit = 1e30) const;
   /// @throws FormatError unless the field is a whole number from 0 to `limit`.
   std::uint64_t count(std::size_t column, std::uint64_t limit) const;
 
