@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// cut_benchmark [MINUTES]: the time of a step while a burr of 1 mm drills a block, as drilling goes on. Prints times; no
-// test, since time on a shared machine is no verdict.
+// cut_benchmark [MINUTES]: the time of a step while a burr of 1 mm drills a block, as drilling goes on. Prints times; a
+// shared machine's times pass or fail nothing.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>

@@ -192,6 +192,26 @@ TEST(Cutting, TheSameStepsLeaveTheSameBytes) {
   EXPECT_GT(removed[0], 0.1);
 }
 
+// The burr is drawn through the side of the block. The spring, stretched until then, returns over several steps.
+TEST(Cutting, AForceThatEndsDoesSoOverSeveralSteps) {
+  Rig rig(drill({0.5, {}, 0}));
+  setSpindle(true, *rig.workspace);
+  for (double z = 5; z > 2.4; z -= 0.004) rig.toPoint({5.2, 0, z});
+  Vector3d last = rig.toPoint({5.2, 0, 2.4}).wrench.force;
+  double largest = 0, strongest = 0;
+  Vector3d hand(5.2, 0, 2.4);
+  for (int n = 0; n < 6000; ++n) {
+    hand.x() = std::min(9.0, hand.x() + 0.002);
+    const Vector3d force = rig.toPoint(hand).wrench.force;
+    largest = std::max(largest, (force - last).norm());
+    strongest = std::max(strongest, force.norm());
+    last = force;
+  }
+  EXPECT_GT(strongest, 0.8);
+  EXPECT_LT(last.norm(), 1e-6);
+  EXPECT_LT(largest, 0.07 * strongest);
+}
+
 // The same block twice: each keeps what was removed of it, and only of it.
 TEST(Cutting, ObjectsAreCutByThemselves) {
   SceneDescription d = drill({8, {}, 0});

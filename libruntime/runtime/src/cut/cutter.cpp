@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "cut/compile_surface.h"
+#include "piece/force_rate_limit.h"
 #include "rows/row_set.h"
 #include "scene/cut_model.h"
 #include "state/moving_bodies.h"
@@ -291,8 +292,12 @@ Configuration Cutter::resisted(const Configuration& aim, StepResult& result) {
     return memory_.graphic;
   }
   if (!is_near) return aim;
-  Vector6 target;
-  target << to_aim.translation, scene_.angle_length * to_aim.rotation;
+  const auto scaled = [&](const Displacement& d) {
+    Vector6 out;
+    out << d.translation, scene_.angle_length * d.rotation;
+    return out;
+  };
+  const Vector6 target = scaled(to_aim);
   CutStep step = cutStep(facets_, target, Vector6::Zero(), scene_.pull.translation, scene_.step_time);
   if (rubs_) step = cutStep(facets_, rubbedTarget(step, target), step.y, scene_.pull.translation, scene_.step_time);
   result.work += static_cast<std::uint32_t>(facets_.size());
@@ -301,7 +306,10 @@ Configuration Cutter::resisted(const Configuration& aim, StepResult& result) {
     std::uint32_t& layer = facet_of_[i].work->layer;
     layer = layer == CutState::kNone ? facet_of_[i].layer : std::max(layer, std::uint32_t{facet_of_[i].layer});
   }
-  const Vector6 y = shareWithin(step.y) * step.y;
+  // The force changes as it may elsewhere: a burr that slips off springs back over several steps.
+  const ForceRateLimit limit(scene_.pull, scene_.angle_length, scaled(displacementBetween(memory_.graphic, memory_.aim)),
+                             scaled(displacementBetween(memory_.aim, aim)), target);
+  const Vector6 y = limit.shareWithin(target, step.y, shareWithin(step.y)) * step.y;
   return moved(memory_.graphic, {y.head<3>(), y.tail<3>() / scene_.angle_length});
 }
 

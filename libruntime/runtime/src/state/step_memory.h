@@ -76,7 +76,8 @@ struct StepMemory {
   std::uint32_t leaves_felt = 0;   // number of objects with a skin whose leaves are used instead, since the tool started inside
   std::vector<char> part_settled;  // (part of the tool) scratch: its side of the skin of an object has been determined
   bool is_behind = false;          // the graphic tool had not arrived at the end of the last step
-  Configuration haptic, graphic;   // of the last step
+  Configuration aim;               // where spring, damper and mass pulled the tool in the last step,
+  Configuration haptic, graphic;   // where to by its contacts, which is less far if a burr cuts; and where it came
   bool has_euler = false;          // the last step was one of the published mode, which continues with its own angles:
   std::array<double, 3> euler{};   // Euler angles of the graphic tool, gamma, beta, alpha [rad]
   Wrench wrench;                   // of the last step, without the limits

@@ -20,7 +20,7 @@ void forget(StepMemory& memory) {
   memory.wrench = {};
   memory.stretch = memory.motion = {};
   std::fill(memory.give.begin(), memory.give.end(), 0.0);
-  memory.haptic = memory.graphic = {};
+  memory.aim = memory.haptic = memory.graphic = {};
   memory.has_euler = false;
   if (memory.tissue) memory.tissue->reset();
 }
@@ -29,7 +29,7 @@ void forget(StepMemory& memory) {
 void start(const Configuration& graphic_tool, StepMemory& memory) {
   forget(memory);
   memory.started = isFinite(graphic_tool);
-  if (memory.started) memory.haptic = memory.graphic = {graphic_tool.position, graphic_tool.orientation.normalized()};
+  if (memory.started) memory.aim = memory.haptic = memory.graphic = {graphic_tool.position, graphic_tool.orientation.normalized()};
   startMotions(memory);
   if (memory.moving_count > 0) advanceBodies(1, memory);
   for (MovingBody& body : memory.bodies) body.before = body.now;
@@ -74,7 +74,7 @@ StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode,
     else if (memory.bodies.size() > 1)
       startMotions(memory);
     StepParts parts(memory, times, result);
-    Configuration aim = haptic;
+    Configuration aim = haptic, within_cut = haptic;
     Displacement free;
     if (mode == Mode::Published) {
       memory.contact_count = 0;
@@ -83,7 +83,8 @@ StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode,
     } else {
       aim = pulledTo(haptic, memory, free);
       if (memory.tissue) result.faults |= memory.tissue->beginStep(aim);
-      constrainedStep(parts, memory.cutting ? memory.cutting->resisted(aim, result) : aim);
+      within_cut = memory.cutting ? memory.cutting->resisted(aim, result) : aim;
+      constrainedStep(parts, within_cut);
       if (memory.cutting) memory.cutting->remove(result);
       memory.depth = result.penetration;
       memory.wrench = couplingWrench(memory.scene.pull, aim, memory.graphic);
@@ -94,7 +95,8 @@ StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode,
       memory.wrench.torque -= inertia.rotation * (memory.stretch.rotation - free.rotation);
       memory.has_euler = false;
     }
-    memory.haptic = aim;
+    memory.aim = aim;
+    memory.haptic = within_cut;
   }
   result.graphic = memory.graphic;
   result.wrench = memory.wrench;

@@ -55,7 +55,7 @@ class LinearTissue final : public SoftTissue {
   }
   bool isAtRest(std::size_t object) const override { return surfaces_[object]->isAtRest(); }
   std::uint32_t beginStep(const Configuration& hand) override {
-    const Displacement way = displacementBetween(memory_.haptic, hand);
+    const Displacement way = displacementBetween(memory_.aim, hand);
     const double hand_way = way.translation.norm() + scene_.tool.reach * way.rotation.norm();
     motion_ = std::min(kMaxTissueMotion, kTissueMotion + kHandShare * hand_way);
     // While the tool cannot escape, it is not pressed in farther.
