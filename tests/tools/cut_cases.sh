@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Cases of program_test.sh: grading of a recorded cut. Argument: make_samples.
+# Cases of program_test.sh: grading of a recorded cut, and the mesh of what is left. Argument: make_samples.
 
 # Turns a path of the hand into the recording of a tool that follows it exactly.
 recording_of() { # drill.csv scene
@@ -38,4 +38,26 @@ case_grade() {
   rm cavity/pulp.obj
   expect 3 grade run.csv
   says 'pulp.obj' err
+}
+
+case_remaining() {
+  "$1" --cavity cavity >out 2>err || fail "make_samples"
+  recording_of cavity/drill.csv cavity/cavity.scene.json >run.csv
+  expect 0 convert run.csv left.ply
+  says '^left.ply: tooth_36, [0-9]* triangles, within 0.019[0-9]* mm of what is left$' out
+  expect 0 check left.ply
+  says 'no defects' out
+  expect 0 build left.ply --quality quick --leaves 64 -o left.stree
+  expect 0 convert run.csv first.obj --object tooth_36 --at 4000 --tolerance 0.05
+  expect 0 check first.obj
+  expect 0 convert run.csv again.obj --object tooth_36 --at 4000 --tolerance 0.05
+  cmp -s first.obj again.obj || fail "the mesh differs from run to run"
+  expect 2 convert run.csv left.stl
+  expect 2 convert run.csv left.ply --level 2
+  expect 2 convert run.csv left.ply --object tooth_37
+  says 'tooth_36' err
+  expect 2 convert left.stree left.json --tolerance 0.1
+  says 'are for recordings' err
+  expect 4 convert cavity/drill.csv left.ply
+  says 'no column' err
 }

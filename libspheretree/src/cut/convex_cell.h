@@ -11,8 +11,8 @@ namespace spheretree::builder {
 
 /// The points with normal . (p - centre of the cube) + offset <= 0. The normal may be any vector, also zero.
 struct HalfSpace {
-  Eigen::Vector3d normal;
-  double offset;
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  double offset = 0;
 };
 
 /// Points are stored relative to the centre of the cube. No point of a cut lies outside of the cube, since it is

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -15,6 +16,7 @@
 #include "repair/repair_soup.h"
 #include "repair/resolve_overlaps.h"
 #include "repair/separate_fans.h"
+#include "repair/subtract_solid.h"
 #include "repair/wrap_surface.h"
 #include "spheretree/core/mesh_edit.h"
 
@@ -66,12 +68,13 @@ double diagonalOf(const MeshReport& report) { return (report.high - report.low).
 
 class Repair {
  public:
-  Repair(const TriangleMesh& mesh, const MeshReport& report, Progress& progress)
+  /// `more`: triangles beside those of the mesh, for the bounds of growth and work.
+  Repair(const TriangleMesh& mesh, const MeshReport& report, Progress& progress, std::size_t more = 0)
       : input_(mesh),
         report_(report),
         progress_(progress),
-        work_(progress, kWork + kWorkOfTriangle * mesh.triangles.size()),
-        max_triangles_(kMoreTriangles + kGrowth * mesh.triangles.size()),
+        work_(progress, kWork + kWorkOfTriangle * (mesh.triangles.size() + more)),
+        max_triangles_(kMoreTriangles + kGrowth * (mesh.triangles.size() + more)),
         diagonal_(diagonalOf(report)),
         is_modified_(mesh.triangles.size(), 0) {}
 
@@ -83,6 +86,30 @@ class Repair {
       gives_up_ = true;
       return {};
     }
+  }
+
+  /// The mesh without the solid `taken`; both are sound.
+  std::optional<TriangleMesh> without(const TriangleMesh& taken) {
+    start();
+    const auto first = static_cast<std::uint32_t>(soup_.mesh.positions.size());
+    soup_.mesh.positions.insert(soup_.mesh.positions.end(), taken.positions.begin(), taken.positions.end());
+    for (const auto& [a, b, c] : taken.triangles) soup_.mesh.triangles.push_back({first + a, first + c, first + b});
+    soup_.source.resize(soup_.mesh.triangles.size(), kAddedTriangle);
+    may_be_lost_ = std::numeric_limits<double>::infinity();  // surface that is taken away
+    try {
+      for (int round = 0; round < kCutRounds; ++round) {
+        if (!resolve(round)) break;
+        separate();
+        const MeshReport state = checkMesh(soup_.mesh, kPlacesListed, progress_);
+        if (!state.clean()) continue;
+        soup_.mesh = withoutBuried(soup_.mesh, state);
+        dropUnusedVertices(soup_.mesh);
+        return std::move(soup_.mesh);
+      }
+    } catch (const TooMuchWork&) {
+      return {};
+    }
+    return soup_.mesh.triangles.empty() ? std::optional(TriangleMesh{}) : std::nullopt;
   }
 
   /// Whether a bound of the growth or of the work ended the repair.
@@ -287,14 +314,13 @@ class Repair {
   bool resolve(int round) {
     progress_.stage("overlaps");
     const double grid = round < kFreeRounds ? kNoGrid : std::exp2(std::ilogb(diagonal_) - kGridBits + 2 * (round - kFreeRounds));
-    const double may_be_lost = kLostArea * report_.area - lost_area_;
     // The winding directions around a sheet that cannot be oriented are arbitrary.
-    const Resolved resolved =
-        resolveOverlaps(soup_, {kMaxCrossingPairs, max_triangles_}, grid, is_sheet_ ? report_.area : may_be_lost, progress_, work_);
+    const Resolved resolved = resolveOverlaps(soup_, {kMaxCrossingPairs, max_triangles_}, grid,
+                                              is_sheet_ ? report_.area : may_be_lost_ - lost_area_, progress_, work_);
     gives_up_ |= resolved.is_stopped;
     if (resolved.is_stopped || soup_.mesh.triangles.empty()) return false;
     lost_area_ += resolved.lost_area;
-    if (lost_area_ > kLostArea * report_.area) return false;
+    if (lost_area_ > may_be_lost_) return false;
     for (const std::uint32_t source : resolved.lost) is_modified_[source] = 1, lost_.insert(source);  // still have to be covered
     for (const std::uint32_t source : resolved.moved) is_modified_[source] = 1;
     RepairStep* step = find(RepairStepKind::ResolveOverlaps);
@@ -406,7 +432,7 @@ class Repair {
   std::vector<char>
       is_modified_;  // for each triangle of the input: whether it is not exactly part of the result and still has to be covered
   std::vector<RepairStep> steps_;
-  double lost_area_ = 0;
+  double may_be_lost_ = kLostArea * report_.area, lost_area_ = 0;
   std::set<std::uint32_t> partly_;  // triangles of the input that are removed where they lie within solid matter
   std::set<std::uint32_t> lost_;    // triangles of the input of which at least a part has nothing solid on either side
   bool is_either_way_ = false, is_sheet_ = false, gives_up_ = false;
@@ -486,6 +512,11 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, RepairKind kind, Progress& pro
   }
   out.report = report;
   return out;
+}
+
+std::optional<TriangleMesh> subtractSolid(const TriangleMesh& from, const TriangleMesh& taken, Progress& progress) {
+  const MeshReport report = checkMesh(from, kPlacesListed, progress);
+  return Repair(from, report, progress, taken.triangles.size()).without(taken);
 }
 
 }  // namespace spheretree::builder

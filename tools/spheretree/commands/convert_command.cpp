@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// spheretree convert: converts a tree to another format or a picture, according to the extensions of the names.
+// spheretree convert: converts a tree to another format or a picture, or the recording of a cut to the mesh of what is
+// left, according to the extensions of the names.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -9,13 +10,16 @@
 #include <span>
 
 #include "commands/command.h"
+#include "cut/remaining_mesh.h"
 #include "input/tree_input.h"
 #include "mistyped.h"
 #include "page/picture.h"
+#include "pipeline/cut/cut_run.h"
 #include "run_files.h"
 #include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
+#include "spheretree/formats/mesh_writer.h"
 #include "spheretree/formats/sph_text.h"
 #include "spheretree/formats/sphere_list.h"
 #include "spheretree/formats/tree_glb.h"
@@ -30,7 +34,13 @@ struct ConvertOptions {
   std::string spheres, to, unit;
   std::vector<double> view;
   int width = 0, level = -1;
+  // Of a recording:
+  std::string object;
+  std::uint64_t last_tick = pipeline::kWholeRun;
+  double tolerance = 0;
 };
+
+constexpr double kTolerance = 0.02;  // of the mesh of what is left, by default [mm]
 
 const std::vector<std::string> kKinds{"stree", "sph", "json", "csv", "yaml", "glb", "png"};
 
@@ -85,7 +95,40 @@ std::vector<std::byte> converted(const SphereTree& tree, const ConvertOptions& o
   return formats::encodeGlb(tree, kind, options.level >= 0 ? std::optional(options.level) : std::nullopt);
 }
 
+const pipeline::CutRun::Object& chooseObject(const pipeline::CutRun& run, const ConvertOptions& options) {
+  std::string names;
+  for (const pipeline::CutRun::Object& object : run.objects) {
+    if (object.name == options.object || (options.object.empty() && run.objects.size() == 1)) return object;
+    names += (names.empty() ? "" : ", ") + object.name;
+  }
+  if (options.object.empty())
+    throw UsageError(options.input.string() + ": several objects can be cut: " + names + ". Name one with --object.");
+  throw UsageError("--object " + options.object + ": no object with this name can be cut; there is " + names + ". Name it.");
+}
+
+/// Writes what a recorded burr left of an object.
+int convertRecording(const ConvertOptions& options, builder::Progress& progress) {
+  const RunFiles files;
+  files.willRead(options.input);
+  if (!options.to.empty()) throw UsageError("--to is for trees; a recording becomes .ply or .obj, by the name of OUT. Leave it out.");
+  files.willWrite(options.output, {".ply", ".obj"}, "what is left", false);
+  refuseStrayOptions(options, endingOf(options.output));
+  const pipeline::CutRun run = pipeline::readCutRun(options.input, options.last_tick, progress);
+  const pipeline::CutRun::Object& object = chooseObject(run, options);
+  const double tolerance = options.tolerance > 0 ? options.tolerance : kTolerance;
+  const builder::RemainingMesh left = builder::remainingMesh(object.layers[0].mesh, object.paths, tolerance, progress);
+  clearProgressLine();
+  formats::writeWhole(options.output, endingOf(options.output) == ".obj" ? formats::encodeObj(left.mesh) : formats::encodePly(left.mesh));
+  if (!isDash(options.output))
+    printResult("%s: %s, %zu triangles, within %.3g mm of what is left\n", plainText(options.output.string()).c_str(),
+                plainText(object.name).c_str(), left.mesh.triangles.size(), left.bound);
+  return kExitOk;
+}
+
 int runConvert(const ConvertOptions& options, bool quiet, builder::Progress& progress) {
+  if (endingOf(options.input) == ".csv") return convertRecording(options, progress);
+  if (!options.object.empty() || options.last_tick != pipeline::kWholeRun || options.tolerance > 0)
+    throw UsageError("--object, --at and --tolerance are for recordings (.csv). Leave them out.");
   const RunFiles files;
   const std::string to = options.to.empty() ? endingOf(options.output) : "." + options.to;
   if (to.empty() && isDash(options.output))
@@ -111,12 +154,17 @@ int runConvert(const ConvertOptions& options, bool quiet, builder::Progress& pro
 void addConvertCommand(Program& program) {
   const auto options = std::make_shared<ConvertOptions>();
   CLI::App* app = addVerb(program, "convert",
-                          "Convert a tree: .stree, .sph or .json to these, a list of spheres (.csv, .yaml), .glb or a picture (.png)",
+                          "Convert a tree (.stree, .sph, .json) to these, a list of spheres (.csv, .yaml), .glb or a picture (.png); or "
+                          "the recording of a cut (.csv) to a mesh of what is left (.ply, .obj)",
                           "spheretree convert tooth.stree tooth.glb --spheres cover",
                           [options, &program](builder::Progress& progress) { return runConvert(*options, program.quiet, progress); });
-  app->add_option("IN", options->input, "Tree to read; its ending gives its kind: .stree, .sph or .json")->required()->type_name("FILE");
+  app->add_option(
+         "IN", options->input,
+         "Tree to read; its ending gives its kind: .stree, .sph or .json; or a recording of haptic-player (.csv) in which a burr cuts")
+      ->required()
+      ->type_name("FILE");
   app->add_option("OUT,-o,--output", options->output,
-                  "File to write; its ending gives its kind: .stree, .sph, .json, .csv, .yaml, .glb or .png")
+                  "File to write; its ending gives its kind: .stree, .sph, .json, .csv, .yaml, .glb or .png; of a recording .ply or .obj")
       ->required()
       ->type_name("FILE");
   app->add_option(
@@ -144,6 +192,12 @@ void addConvertCommand(Program& program) {
       ->delimiter(',')
       ->expected(3)
       ->check(numberIn(-1e6, 1e6));
+  app->add_option("--object", options->object, "Object of a recording; default: the only one that can be cut")->type_name("NAME");
+  app->add_option("--at", options->last_tick, "Tick of a recording up to which it counts; default: all of it")->type_name("TICK");
+  app->add_option("--tolerance", options->tolerance,
+                  "How far the mesh may be from what is left of an object in a recording [mm], 1e-4 to 100; default 0.02")
+      ->type_name("MM")
+      ->check(numberIn(1e-4, 100));
   app->add_option("--width", options->width, "Width of the .png in pixels, 100 to 3000; default 1600")
       ->type_name("N")
       ->check(CLI::Range(kMinPictureWidth, kMaxPictureWidth));

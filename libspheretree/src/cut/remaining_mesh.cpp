@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cut/remaining_mesh.h"
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+
+#include "cut/swept_surface.h"
+#include "repair/subtract_solid.h"
+#include "spheretree/builder/build_settings.h"
+
+namespace spheretree::builder {
+namespace {
+
+constexpr double kSlackShare = 0.1;  // of the tolerance: of capsules that join steps; 0.01 is left for rounding
+
+}  // namespace
+
+RemainingMesh remainingMesh(const TriangleMesh& object, std::span<const BurrPath> paths, double tolerance, Progress& progress) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : object.positions) box.extend(p);
+  const double slack = kSlackShare * tolerance, of_surface = 0.99 * tolerance - slack;
+  std::vector<Capsule> capsules = sweptCapsules(paths, slack);
+  std::erase_if(capsules, [&](const Capsule& c) {
+    const Eigen::AlignedBox3d axis(c.from.cwiseMin(c.to), c.from.cwiseMax(c.to));
+    return axis.squaredExteriorDistance(box) > (c.radius + tolerance) * (c.radius + tolerance);
+  });
+  if (capsules.empty()) return {object, 0};
+  progress.stage("surface of the cut");
+  const TriangleMesh swept = sweptSurface(capsules, of_surface, progress);
+  progress.stage("cut");
+  std::optional<TriangleMesh> left = subtractSolid(object, swept, progress);
+  if (!left) throw BuildError("the cut cannot be made with a tolerance of " + std::to_string(tolerance) + " mm. Give another one.");
+  if (left->triangles.empty()) throw BuildError("nothing is left of the object.");
+  return {std::move(*left), slack + of_surface};
+}
+
+}  // namespace spheretree::builder
