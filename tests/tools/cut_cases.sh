@@ -17,6 +17,8 @@ case_grade() {
   says '"layer": "lesion"' out
   says 'tooth_36' page.html
   says 'between which the true value lies' page.html
+  says 'What is left' page.html
+  says 'data-eye="3"' page.html
   expect 0 grade run.csv --json -j 1 --volume-tolerance 1
   cmp -s out first.json || fail "the number of threads changes the figures"
   expect 0 grade run.csv --volume-tolerance 2

@@ -31,7 +31,6 @@ RemainingMesh remainingMesh(const TriangleMesh& object, std::span<const BurrPath
   progress.stage("cut");
   std::optional<TriangleMesh> left = subtractSolid(object, swept, progress);
   if (!left) throw BuildError("the cut cannot be made with a tolerance of " + std::to_string(tolerance) + " mm. Give another one.");
-  if (left->triangles.empty()) throw BuildError("nothing is left of the object.");
   return {std::move(*left), slack + of_surface};
 }
 

@@ -12,12 +12,12 @@
 namespace spheretree::builder {
 
 struct RemainingMesh {
-  TriangleMesh mesh;  // sound (mesh_checks.h)
+  TriangleMesh mesh;  // sound (mesh_checks.h); without triangles if nothing is left
   double bound = 0;   // it lies between what burrs leave whose radii are smaller and larger by this [mm]; at most the tolerance
 };
 
 /// Surface that the burr did not touch keeps its triangles. `tolerance` [mm]: > 0.
-/// @pre `object` is sound. @throws BuildError if nothing is left, or a cut of this tolerance fails; Cancelled
+/// @pre `object` is sound. @throws BuildError if a cut with this tolerance fails; Cancelled
 RemainingMesh remainingMesh(const TriangleMesh& object, std::span<const BurrPath> paths, double tolerance, Progress& progress);
 
 }  // namespace spheretree::builder

@@ -152,6 +152,7 @@ CutRun readCutRun(const fs::path& recording, std::uint64_t last_tick, builder::P
     if (!object.cut) continue;
     CutRun::Object& made = out.objects.emplace_back();
     made.name = object.name;
+    made.pose = object.pose;
     for (const formats::CutLayer& layer : object.cut->layers) {
       progress.check();
       made.layers.push_back({layer.name, layerMesh(scene, out.scene, object, layer, out.notes, progress)});

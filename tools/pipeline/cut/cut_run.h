@@ -11,6 +11,7 @@
 
 #include "cut/swept_burr.h"
 #include "spheretree/builder/progress.h"
+#include "spheretree/core/rigid.h"
 #include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree::pipeline {
@@ -22,6 +23,7 @@ struct CutRun {
   };
   struct Object {
     std::string name;
+    Configuration pose;         // in the world, at rest
     std::vector<Layer> layers;  // as in the scene
     std::vector<builder::BurrPath> paths;
   };

@@ -3,13 +3,17 @@
 
 #include <algorithm>
 
+#include "cut/remaining_mesh.h"
 #include "generator.h"
 #include "geometry/distance_field.h"
+#include "repair/subtract_solid.h"
 
 namespace spheretree::pipeline {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr double kShownTolerance = 0.05;  // of meshes to look at [mm]
 
 Json boundsJson(const builder::VolumeBounds& bounds) { return {{"low", bounds.low}, {"high", bounds.high}}; }
 
@@ -52,6 +56,18 @@ std::vector<GradedObject> gradeRun(const CutRun& run, double tolerance, const st
       if (k > 0) layer.distance = builder::distanceOfCut(fields[0], fields[k], object.paths);
       if (layer.name == lesion) graded.lesion = k;
     }
+  }
+  return out;
+}
+
+std::vector<TriangleMesh> leftOfLayers(const CutRun::Object& object, builder::Progress& progress) {
+  std::vector<TriangleMesh> out;
+  for (std::size_t k = 0; k < object.layers.size(); ++k) {
+    // The mesh of a layer contains those after it.
+    std::optional<TriangleMesh> left = object.layers[k].mesh;
+    for (std::size_t inner = k + 1; left && inner < object.layers.size(); ++inner)
+      left = builder::subtractSolid(*left, object.layers[inner].mesh, progress);
+    out.push_back(left ? builder::remainingMesh(*left, object.paths, kShownTolerance, progress).mesh : object.layers[k].mesh);
   }
   return out;
 }

@@ -35,6 +35,10 @@ struct GradedObject {
 /// the layer that was to be removed; an object may lack it. @throws builder::Cancelled
 std::vector<GradedObject> gradeRun(const CutRun& run, double tolerance, const std::string& lesion, builder::Progress& progress);
 
+/// What is left of the material of each layer, as closed meshes to look at, within 0.05 mm; without triangles where
+/// nothing is left. @throws builder::BuildError, builder::Cancelled
+std::vector<TriangleMesh> leftOfLayers(const CutRun::Object& object, builder::Progress& progress);
+
 /// Schema spheretree.grade/1.
 nlohmann::ordered_json gradeJson(const CutRun& run, const std::vector<GradedObject>& objects, const std::string& recording);
 

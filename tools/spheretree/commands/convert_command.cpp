@@ -17,6 +17,7 @@
 #include "pipeline/cut/cut_run.h"
 #include "run_files.h"
 #include "spheretree/core/sphere_tree_codec.h"
+#include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
 #include "spheretree/formats/mesh_writer.h"

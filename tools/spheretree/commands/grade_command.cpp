@@ -51,8 +51,12 @@ int runGrade(const GradeOptions& options, bool quiet, builder::Progress& progres
                                   static_cast<std::size_t>(builder::usefulThreads(options.threads)));
   const pipeline::CutRun run = pipeline::readCutRun(options.input, options.last_tick, progress);
   const std::vector<pipeline::GradedObject> objects = pipeline::gradeRun(run, options.tolerance, options.lesion, progress);
+  std::vector<std::vector<TriangleMesh>> left;  // for the page
+  progress.stage("page");
+  for (std::size_t i = 0; i < run.objects.size() && !options.output.empty(); ++i)
+    left.push_back(pipeline::leftOfLayers(run.objects[i], progress));
   clearProgressLine();
-  if (!options.output.empty()) formats::writeWhole(options.output, gradePage(run, objects, options.input.filename().string()));
+  if (!options.output.empty()) formats::writeWhole(options.output, gradePage(run, objects, left, options.input.filename().string()));
   if (options.json)
     writeResult(jsonText(pipeline::gradeJson(run, objects, options.input.string()), 1) + "\n");
   else if (!isDash(options.output))

@@ -9,7 +9,9 @@
 
 namespace spheretree::tool {
 
-std::string gradePage(const pipeline::CutRun& run, const std::vector<pipeline::GradedObject>& objects, const std::string& recording);
+/// `left`: (object) what is left of each of its layers (grade.h), shown in 3D.
+std::string gradePage(const pipeline::CutRun& run, const std::vector<pipeline::GradedObject>& objects,
+                      const std::vector<std::vector<TriangleMesh>>& left, const std::string& recording);
 
 /// "1.234 to 1.240", with as many digits as tell the bounds apart, rounded outward.
 std::string boundsText(const builder::VolumeBounds& bounds);

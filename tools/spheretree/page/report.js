@@ -2,7 +2,7 @@
 // The 3D section of a report: a scene of objects, their worst spots, and recordings to replay.
 // data: {models: {NAME: {tree, mesh}}, scenes: [{name, tool, objects: [{name, model, position_mm, quaternion_wxyz,
 // levels}],
-//   replays: [{name, time, poses, wrench}]}]}
+//   look: {from, at_mm, distance_mm}, replays: [{name, time, poses, wrench}]}]}; look: the first view, if not all
 'use strict';
 
 // Plays one recording in a view: the tool where it is shown (solid), where the hand is (glass), and the force as an
@@ -193,6 +193,11 @@ spheretreePage.whenReady(data => {
     if (replay) replay.remove();
     replay = null;
     view.setObjects(scene.objects.map(object => ({...object, ...data.models[object.model]})));
+    if (scene.look) {
+      view.direction.set(...scene.look.from).normalize();
+      view.target.set(...scene.look.at_mm);
+      view.distance = scene.look.distance_mm;
+    }
     view.onShown();
     controls.refresh();
     spots();

@@ -92,8 +92,8 @@ class SphereView {
     this.frames = (this.frames || 0) + 1;
   }
 
-  // objects: [{name, mesh, tree, position_mm, quaternion_wxyz, levels}], mesh or tree may be absent; as model.cpp packs
-  // them.
+  // objects: [{name, mesh, tree, position_mm, quaternion_wxyz, levels, colour}], as model.cpp packs them. Mesh
+  // or tree may be absent; colour: of the mesh.
   setObjects(objects) {
     for (const layer of this.layers) while (layer.children.length) this.drop(layer, layer.children[0]);
     const models = new Map();
@@ -332,6 +332,7 @@ class ViewObject {
     const [x, y, z] = object.position_mm || [0, 0, 0], [qw, qx, qy, qz] = object.quaternion_wxyz || [1, 0, 0, 0];
     this.pose.compose(new THREE.Vector3(x, y, z), new THREE.Quaternion(qx, qy, qz, qw), new THREE.Vector3(1, 1, 1));
     if (object.mesh) this.surface = new THREE.Mesh(model.surface, surfaceMaterial());
+    if (object.mesh && object.colour) this.surface.material.uniforms.plain.value = new THREE.Color(object.colour);
     if (object.tree) {
       this.balls = new THREE.Mesh(new THREE.InstancedBufferGeometry(), ballMaterial());
       this.depth = new THREE.Mesh(this.balls.geometry, ballMaterial());
@@ -427,11 +428,14 @@ const HEAT = `uniform vec3 ramp[5]; uniform vec3 gap; uniform float tinted; unif
 
 function surfaceMaterial() {
   return new THREE.ShaderMaterial({
-    uniforms: heatUniforms(), side: THREE.DoubleSide,
-    vertexShader: `uniform vec3 plain; attribute float heat; varying float vHeat; varying vec3 vPlain; varying vec3 vNormal;
-      void main() { vHeat = heat; vPlain = plain; vNormal = normalMatrix * normal; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }`,
-    fragmentShader: `${HEAT} varying vec3 vNormal;
-      void main() { vec3 n = normalize(vNormal); gl_FragColor = lit(gl_FrontFacing ? n : -n); }`,
+    uniforms: heatUniforms(), side: THREE.DoubleSide, extensions: {derivatives: true},
+    vertexShader: `uniform vec3 plain; attribute float heat; varying float vHeat; varying vec3 vPlain; varying vec3 vNormal; varying vec3 vPlace;
+      void main() { vHeat = heat; vPlain = plain; vNormal = normalMatrix * normal; vec4 place = modelViewMatrix * vec4(position, 1.0);
+      vPlace = place.xyz; gl_Position = projectionMatrix * place; }`,
+    // At a sharp edge the mean normal of a vertex belongs to neither side: there a triangle has its own.
+    fragmentShader: `${HEAT} varying vec3 vNormal; varying vec3 vPlace;
+      void main() { vec3 n = normalize(gl_FrontFacing ? vNormal : -vNormal), own = normalize(cross(dFdx(vPlace), dFdy(vPlace)));
+      gl_FragColor = lit(dot(n, own) < 0.85 ? own : n); }`,
   });
 }
 
@@ -483,7 +487,7 @@ function addViewControls(view, onLevel) {
     const low = all.length ? Math.min(...all) : 0, high = all.reduce((a, b) => Math.max(a, b), 0);
     own.parentElement.hidden = Boolean(one);
     most.textContent = one || low === high || !view.ownScale ? digits(high) : `${digits(low)} to ${digits(high)}`;
-    box.querySelector('.legend').hidden = !view.objects.length;
+    box.querySelector('.legend').hidden = !view.objects.some(object => object.balls);
     box.querySelector('.scale').hidden = !heats || !view.objects.some(object => object.given.tree && object.given.tree.overhang);
     what.textContent = view.look === 'mesh' ? 'How far the spheres stand above the surface, along its normal.' :
       view.look === 'heat' ? 'How far a sphere reaches out of the object.' : one ? 'A colour for each branch below the root.' : 'A colour for each object.';
@@ -500,6 +504,8 @@ function addViewControls(view, onLevel) {
     slider.max = view.levelCount() - 1;
     slider.value = view.level;
     slider.disabled = view.levelCount() < 2;
+    const has_spheres = view.objects.some(object => object.balls);  // without, there is one way to look
+    for (const part of [slider.parentElement, look.parentElement]) part.hidden = !has_spheres;
     describe();
   }
   slider.addEventListener('input', () => { view.setLevel(Number(slider.value)); describe(); if (onLevel) onLevel(view.level); });
