@@ -265,7 +265,7 @@ TEST(CutStep, TakesEnergyAndObeysTheLaw) {
           facetOf(random.direction(), random.below(2) ? 0 : random.between(0, 0.1), random.between(0, 0.02), random.between(0.1, 5)));
     Vector6 target;
     target << random.between(0, 2) * random.direction(), random.direction();
-    const CutStep step = cutStep(facets, target, Vector6::Zero(), 1, 0.001);
+    const CutStep step = cutStep(facets, target, {}, 1, 0.001);
     const Vector3d way = step.y.head<3>();
     EXPECT_LE(step.force.dot(way), 1e-12);
     EXPECT_LT((target.head<3>() - way + step.force).norm(), 2e-3 * step.force.norm() + 1e-9);  // balance with a spring of 1 N/mm

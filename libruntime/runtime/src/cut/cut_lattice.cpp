@@ -83,36 +83,39 @@ BlockPlace CutLattice::placeOf(const Vector3d& point) const {
 
 Material CutLattice::at(const Vector3d& point) const {
   std::int32_t low[3];
-  float share[3];
+  float share[3][2];
+  unsigned crossed = 0;  // bits of the axes along which the eight points around it lie in two blocks
   for (int k = 0; k < 3; ++k) {
-    const double q = point[k] / spacing_, floor = std::floor(q);
-    low[k] = static_cast<std::int32_t>(floor);
-    share[k] = static_cast<float>(q - floor);
+    const double q = point[k] / spacing_;
+    const auto towards_zero = static_cast<std::int32_t>(q);
+    low[k] = towards_zero - (q < towards_zero);
+    share[k][1] = static_cast<float>(q - low[k]);
+    share[k][0] = 1 - share[k][1];
+    crossed |= static_cast<unsigned>((low[k] & 7) == 7) << k;
   }
-  const float x[2] = {1 - share[0], share[0]}, y[2] = {1 - share[1], share[1]}, z[2] = {1 - share[2], share[2]};
+  const CutBlock* blocks[8];
+  for (unsigned set = crossed;; set = (set - 1) & crossed) {  // a block for each of its subsets; the shift rounds down
+    const std::int32_t index = find({(low[0] >> 3) + static_cast<int>(set & 1), (low[1] >> 3) + static_cast<int>(set >> 1 & 1),
+                                     (low[2] >> 3) + static_cast<int>(set >> 2)});
+    blocks[set] = index >= 0 ? &storage_.blocks()[static_cast<std::size_t>(index)] : nullptr;
+    if (set == 0) break;
+  }
   Material sum{0, 0};
-  const auto blockOf = [&](int along_x, int along_y, int along_z) -> const CutBlock* {
-    const std::int32_t index = find({(low[0] + along_x) >> 3, (low[1] + along_y) >> 3, (low[2] + along_z) >> 3});  // rounds down
-    return index >= 0 ? &storage_.blocks()[static_cast<std::size_t>(index)] : nullptr;
-  };
-  const CutBlock* block = blockOf(0, 0, 0);
-  if (block && (low[0] & 7) < 7 && (low[1] & 7) < 7 && (low[2] & 7) < 7) {  // two thirds of all points
-    const auto first = static_cast<std::size_t>((low[0] & 7) | (low[1] & 7) << 3 | (low[2] & 7) << 6);
-    for (unsigned corner = 0; corner < 8; ++corner) {
-      const std::size_t point_index = first + (corner & 1) + 8 * (corner >> 1 & 1) + 64 * (corner >> 2);
-      const float weight = x[corner & 1] * y[corner >> 1 & 1] * z[corner >> 2];
-      sum.depth += weight * block->depth[point_index];
-      sum.clearance += weight * block->clearance[point_index];
-    }
-    return sum;
-  }
-  for (int corner = 0; corner < 8; ++corner) {
-    const int up[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
-    block = blockOf(up[0], up[1], up[2]);
-    const float weight = x[up[0]] * y[up[1]] * z[up[2]];
-    const auto point_index = static_cast<std::size_t>(((low[0] + up[0]) & 7) | ((low[1] + up[1]) & 7) << 3 | ((low[2] + up[2]) & 7) << 6);
+  const auto add = [&](unsigned corner, const CutBlock* block, std::size_t point_index) {
+    const float weight = share[0][corner & 1] * share[1][corner >> 1 & 1] * share[2][corner >> 2];
     sum.depth += weight * (block ? block->depth[point_index] : -static_cast<float>(reach_));
     sum.clearance += weight * (block ? block->clearance[point_index] : static_cast<float>(reach_));
+  };
+  const auto first = static_cast<std::size_t>((low[0] & 7) | (low[1] & 7) << 3 | (low[2] & 7) << 6);
+  if (crossed == 0 && blocks[0]) {  // two thirds of all points
+    for (unsigned corner = 0; corner < 8; ++corner)
+      add(corner, blocks[0], first + (corner & 1) + 8 * (corner >> 1 & 1) + 64 * (corner >> 2));
+    return sum;
+  }
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    std::size_t point_index = 0;
+    for (unsigned k = 0; k < 3; ++k) point_index |= ((static_cast<unsigned>(low[k]) + (corner >> k & 1)) & 7u) << 3 * k;
+    add(corner, blocks[corner & crossed], point_index);
   }
   return sum;
 }

@@ -111,6 +111,7 @@ Cutter::Work* Cutter::workOf(std::size_t object) {
 const Cutter::Work* Cutter::workOf(std::size_t object) const { return const_cast<Cutter*>(this)->workOf(object); }
 
 void Cutter::mend() {
+  last_ = {};
   storage_.clear();
   for (Work& work : works_) {
     work.lattice.mend();
@@ -291,15 +292,19 @@ Configuration Cutter::resisted(const Configuration& aim, StepResult& result) {
     result.faults |= kWorkLimit;
     return memory_.graphic;
   }
-  if (!is_near) return aim;
+  if (!is_near) {
+    last_ = {};
+    return aim;
+  }
   const auto scaled = [&](const Displacement& d) {
     Vector6 out;
     out << d.translation, scene_.angle_length * d.rotation;
     return out;
   };
   const Vector6 target = scaled(to_aim);
-  CutStep step = cutStep(facets_, target, Vector6::Zero(), scene_.pull.translation, scene_.step_time);
-  if (rubs_) step = cutStep(facets_, rubbedTarget(step, target), step.y, scene_.pull.translation, scene_.step_time);
+  CutStep step = cutStep(facets_, target, last_, scene_.pull.translation, scene_.step_time);
+  last_ = step;
+  if (rubs_) step = cutStep(facets_, rubbedTarget(step, target), step, scene_.pull.translation, scene_.step_time);
   result.work += static_cast<std::uint32_t>(facets_.size());
   for (std::size_t i = 0; i < facets_.size(); ++i) {
     if (!(facets_[i].along.dot(step.y) > facets_[i].gap)) continue;

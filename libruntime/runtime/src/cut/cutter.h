@@ -77,6 +77,7 @@ class Cutter final : public Cutting {
   CutStorage storage_;
   std::vector<Work> works_;
   std::vector<Eigen::Vector3d> directions_;  // of the facets of a burr ball, axes of the object
+  CutStep last_;                             // the guess of the next one
   std::vector<CutFacet> facets_;
   std::vector<FacetOf> facet_of_;  // (facet)
   std::vector<BlockPlace> ahead_;  // scratch

@@ -90,11 +90,11 @@ class Problem {
 
 }  // namespace
 
-CutStep cutStep(std::span<const CutFacet> facets, const Vector6& target, const Vector6& guess, double stiffness, double time) noexcept {
+CutStep cutStep(std::span<const CutFacet> facets, const Vector6& target, const CutStep& guess, double stiffness, double time) noexcept {
   Problem problem(facets, target, 1 / (stiffness * time));
-  CutStep out;
-  out.y = guess;
-  double share = 1;
+  CutStep out = guess;
+  double& share = out.rate_share;
+  problem.correct(share);
   for (int round = 0;; ++round) {
     out.y = problem.minimum(out.y);
     double wanted = 0;                              // the force by Preston's law, times the time
