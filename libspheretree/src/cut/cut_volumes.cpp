@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <limits>
 #include <numeric>
-#include <optional>
 
 #include "cut/convex_cell.h"
 #include "cut/solid_in_cell.h"
@@ -24,16 +23,18 @@ constexpr double kVolumeMargin = 1e-9;    // of the volume of a cell, and of its
 constexpr double kShare = 0.005;          // default tolerance: of the removed volume
 constexpr double kLeastTolerance = 1e-4;  // [mm^3]
 constexpr double kSlackOfRadius = 1e-4;   // by which capsules that join steps are shrunk or grown
-constexpr double kLayerShare = 0.001;     // tolerance of the volume of a layer
+
+enum class Place : char { Unknown, In, Out };
 
 struct Cell {
   Vector3d centre;
   double half;
   std::vector<std::uint32_t> capsules;  // those that may meet it
   bool is_swept = false;                // by one capsule, wholly
+  std::vector<Place> sides;             // (layer) where it is known to lie, wholly
   std::vector<VolumeBounds> layers;     // contributions
   VolumeBounds total;
-  double width = 0;  // of what is asked for
+  double width = 0;  // of all layers
 };
 
 /// A capsule's distance function is convex: its tangent plane at the centre bounds it from below. From above, the
@@ -45,11 +46,10 @@ struct Plane {
 
 class Octree {
  public:
-  /// `only`: a layer whose volume is asked for; otherwise all. `is_all_swept`: everything counts as removed.
-  Octree(LayerFields layers, std::vector<Capsule> capsules, double slack, std::optional<std::size_t> only, bool is_all_swept)
-      : layers_(layers), capsules_(std::move(capsules)), slack_(slack), only_(only), is_all_swept_(is_all_swept) {}
+  Octree(LayerFields layers, std::vector<Capsule> capsules, double slack)
+      : layers_(layers), capsules_(std::move(capsules)), slack_(slack) {}
 
-  CutVolumes run(double tolerance, double share, std::size_t max_cells, Progress& progress);
+  CutVolumes run(double tolerance, std::size_t max_cells, Progress& progress);
 
  private:
   struct Scratch {
@@ -68,22 +68,17 @@ class Octree {
   LayerFields layers_;
   std::vector<Capsule> capsules_;
   double slack_;
-  std::optional<std::size_t> only_;
-  bool is_all_swept_;
 };
 
 std::vector<Cell> Octree::root() const {
-  Eigen::AlignedBox3d box = layers_[only_.value_or(0)].box().intersection(layers_[0].box());
+  Eigen::AlignedBox3d swept;
+  for (const Capsule& c : capsules_)
+    for (const Vector3d& p : {c.from, c.to})
+      swept.extend(Eigen::AlignedBox3d(p.array() - (c.radius + slack_), p.array() + (c.radius + slack_)));
+  const Eigen::AlignedBox3d box = layers_[0].box().intersection(swept);
   Cell cell;
-  if (!is_all_swept_) {
-    Eigen::AlignedBox3d swept;
-    for (const Capsule& c : capsules_)
-      for (const Vector3d& p : {c.from, c.to})
-        swept.extend(Eigen::AlignedBox3d(p.array() - (c.radius + slack_), p.array() + (c.radius + slack_)));
-    box = box.intersection(swept);
-    cell.capsules.resize(capsules_.size());
-    std::iota(cell.capsules.begin(), cell.capsules.end(), 0u);
-  }
+  cell.capsules.resize(capsules_.size());
+  std::iota(cell.capsules.begin(), cell.capsules.end(), 0u);
   if (box.isEmpty()) return {};
   cell.centre = box.center();
   cell.half = box.sizes().maxCoeff() / 2 * (1 + kVolumeMargin) + kVolumeMargin;
@@ -92,7 +87,7 @@ std::vector<Cell> Octree::root() const {
 
 /// Keeps the capsules that may meet the cell, with their planes. Returns false if none does.
 bool Octree::meetCapsules(Cell& cell, Scratch& scratch) const {
-  if (is_all_swept_ || cell.is_swept) return true;
+  if (cell.is_swept) return true;
   const double reach = std::sqrt(3.0) * cell.half, margin = kVolumeMargin * (cell.half + cell.centre.cwiseAbs().maxCoeff());
   scratch.planes.clear();
   std::size_t kept = 0;
@@ -137,7 +132,7 @@ VolumeBounds Octree::sweptPart(std::span<const CellPart> inner, std::span<const 
   const auto isEmpty = [](const CellPart& part) { return part.is_empty; };
   const auto isWhole = [](const CellPart& part) { return part.isWhole(); };
   const double size = 8 * cell.half * cell.half * cell.half, margin = kVolumeMargin * size;
-  const bool is_swept = is_all_swept_ || cell.is_swept;
+  const bool is_swept = cell.is_swept;
   if (std::any_of(outer.begin(), outer.end(), isEmpty)) return {};
   if (is_swept && std::all_of(inner.begin(), inner.end(), isWhole)) return {size, size};
   VolumeBounds out{0, size};
@@ -177,17 +172,22 @@ void Octree::examine(Cell& cell, Scratch& scratch) const {
   cell.width = 0;
   if (!meetCapsules(cell, scratch)) return;
   scratch.solids.clear();
-  for (const DistanceField& layer : layers_) scratch.solids.push_back(boundSolid(layer, cell.centre, cell.half));
+  cell.sides.resize(layers_.size(), Place::Unknown);
   for (std::size_t k = 0; k < layers_.size(); ++k) {
-    if (only_ && k != *only_) continue;
+    const SolidInCell& solid = scratch.solids.emplace_back(cell.sides[k] == Place::Unknown ? boundSolid(layers_[k], cell.centre, cell.half)
+                                                                                           : wholeCell(cell.sides[k] == Place::In));
+    if (solid.isInside()) cell.sides[k] = Place::In;
+    if (solid.isOutside()) cell.sides[k] = Place::Out;
+  }
+  for (std::size_t k = 0; k < layers_.size(); ++k) {
     cell.layers[k] = removedOf(k, cell, scratch);
     cell.width += cell.layers[k].width();
   }
   const SolidInCell& object = scratch.solids[0];
-  if (!only_) cell.total = sweptPart({&object.inside.inner, 1}, {&object.inside.outer, 1}, cell, scratch);
+  cell.total = sweptPart({&object.inside.inner, 1}, {&object.inside.outer, 1}, cell, scratch);
 }
 
-CutVolumes Octree::run(double tolerance, double share, std::size_t max_cells, Progress& progress) {
+CutVolumes Octree::run(double tolerance, std::size_t max_cells, Progress& progress) {
   CutVolumes out;
   out.layers.resize(layers_.size());
   const auto add = [](VolumeBounds& to, const VolumeBounds& more) { to.low += more.low, to.high += more.high; };
@@ -221,7 +221,7 @@ CutVolumes Octree::run(double tolerance, double share, std::size_t max_cells, Pr
       width += cell.width;
     }
     for (const VolumeBounds& layer : out.layers) low += layer.low;
-    const double goal = tolerance > 0 ? tolerance : std::max(kLeastTolerance, share * low);
+    const double goal = tolerance > 0 ? tolerance : std::max(kLeastTolerance, kShare * low);
     progress.advance(std::min(1.0, goal / std::max(width, 1e-300)));
     if (width <= goal) return out;
     if (open.empty() || out.cells >= max_cells) return out.is_met = false, out;
@@ -242,6 +242,7 @@ CutVolumes Octree::run(double tolerance, double share, std::size_t max_cells, Pr
         child.centre = parent.centre + child.half * Vector3d(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
         child.capsules = parent.capsules;
         child.is_swept = parent.is_swept;
+        child.sides = parent.sides;
         fresh.push_back(std::move(child));
       }
     }
@@ -255,14 +256,9 @@ CutVolumes removedVolumes(LayerFields layers, std::span<const BurrPath> paths, c
   double radius = std::numeric_limits<double>::infinity();
   for (const BurrPath& path : paths) radius = std::min(radius, path.radius);
   const double slack = paths.empty() ? 0 : kSlackOfRadius * radius;
-  CutVolumes out =
-      Octree(layers, sweptCapsules(paths, slack), slack, std::nullopt, false).run(settings.tolerance, kShare, settings.max_cells, progress);
+  CutVolumes out = Octree(layers, sweptCapsules(paths, slack), slack).run(settings.tolerance, settings.max_cells, progress);
   if (out.is_met || slack == 0) return out;
-  return Octree(layers, sweptCapsules(paths, 0), 0, std::nullopt, false).run(settings.tolerance, kShare, settings.max_cells, progress);
-}
-
-VolumeBounds layerVolume(LayerFields layers, std::size_t layer, Progress& progress) {
-  return Octree(layers, {}, 0, layer, true).run(0, kLayerShare, CutVolumeSettings().max_cells, progress).layers[layer];
+  return Octree(layers, sweptCapsules(paths, 0), 0).run(settings.tolerance, settings.max_cells, progress);
 }
 
 }  // namespace spheretree::builder

@@ -39,7 +39,4 @@ struct CutVolumeSettings {
 /// @throws Cancelled
 CutVolumes removedVolumes(LayerFields layers, std::span<const BurrPath> paths, const CutVolumeSettings& settings, Progress& progress);
 
-/// The volume of one layer before the cut, to 0.1 % of it. @throws Cancelled
-VolumeBounds layerVolume(LayerFields layers, std::size_t layer, Progress& progress);
-
 }  // namespace spheretree::builder

@@ -52,17 +52,17 @@ CellBounds boundsOf(const Region& below, const Region& above, Side in, Side out)
   return bounds;
 }
 
-SolidInCell whole(bool is_inside) {
+}  // namespace
+
+SolidInCell wholeCell(bool is_inside) {
   const CellPart all{}, none{.is_empty = true};
   const CellBounds yes{all, all}, no{none, none};
   return is_inside ? SolidInCell{yes, no} : SolidInCell{no, yes};
 }
 
-}  // namespace
-
 SolidInCell boundSolid(const DistanceField& solid, const Vector3d& centre, double half) {
   const double reach = std::sqrt(3.0) * half, margin = kCellMargin * (half + centre.cwiseAbs().maxCoeff());
-  if (const double distance = solid.signedDistance(centre); std::abs(distance) > reach + margin) return whole(distance < 0);
+  if (const double distance = solid.signedDistance(centre); std::abs(distance) > reach + margin) return wholeCell(distance < 0);
   std::vector<Vector3d> met;  // corners of what the cube holds of the surface
   Vector3d normal = Vector3d::Zero();
   std::vector<Vector3d> polygon;
@@ -79,7 +79,7 @@ SolidInCell boundSolid(const DistanceField& solid, const Vector3d& centre, doubl
   };
   if (met.empty()) {
     const Side state = stateAt(Vector3d::Zero());
-    return state == Side::Unknown ? SolidInCell{{{.is_empty = true}, {}}, {{.is_empty = true}, {}}} : whole(state == Side::In);
+    return state == Side::Unknown ? SolidInCell{{{.is_empty = true}, {}}, {{.is_empty = true}, {}}} : wholeCell(state == Side::In);
   }
   if (!(normal.norm() > 0)) normal = Vector3d::UnitZ();
   normal.normalize();

@@ -26,7 +26,12 @@ struct CellBounds {
 
 struct SolidInCell {
   CellBounds inside, outside;  // of the solid; of its complement
+  bool isInside() const { return inside.inner.isWhole(); }
+  bool isOutside() const { return outside.inner.isWhole(); }
 };
+
+/// Of a cube that is wholly inside or outside of the solid, as is each part of it.
+SolidInCell wholeCell(bool is_inside);
 
 /// All triangles that meet the cube lie in a slab perpendicular to their mean normal. On each side of the slab all
 /// points are inside, or all outside; one point tells. The slab is thin where the surface is flat or has gentle edges:

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
+#include "cut/layer_materials.h"
 #include "cut/remaining_mesh.h"
 #include "generator.h"
 #include "geometry/distance_field.h"
-#include "repair/subtract_solid.h"
 
 namespace spheretree::pipeline {
 namespace {
@@ -40,18 +40,24 @@ std::vector<GradedObject> gradeRun(const CutRun& run, double tolerance, const st
   std::vector<GradedObject> out;
   for (const CutRun::Object& object : run.objects) {
     std::vector<builder::DistanceField> fields;
-    for (const CutRun::Layer& layer : object.layers) fields.emplace_back(layer.mesh);
+    std::vector<TriangleMesh> meshes;
+    for (const CutRun::Layer& layer : object.layers) {
+      fields.emplace_back(layer.mesh);
+      meshes.push_back(layer.mesh);
+    }
     progress.stage("volumes of " + object.name);
     const builder::CutVolumes volumes = builder::removedVolumes(fields, object.paths, {.tolerance = tolerance}, progress);
     GradedObject& graded = out.emplace_back();
     graded.name = object.name;
     graded.removed = volumes.total;
     graded.is_met = volumes.is_met;
+    std::vector<builder::LayerMaterial> materials = builder::layerMaterials(meshes, progress);
     for (std::size_t k = 0; k < fields.size(); ++k) {
       progress.check();
       GradedLayer& layer = graded.layers.emplace_back();
       layer.name = object.layers[k].name;
-      layer.volume = builder::layerVolume(fields, k, progress);
+      layer.volume = materials[k].volume;
+      graded.materials.push_back(std::move(materials[k].mesh));
       layer.removed = volumes.layers[k];
       if (k > 0) layer.distance = builder::distanceOfCut(fields[0], fields[k], object.paths);
       if (layer.name == lesion) graded.lesion = k;
@@ -60,15 +66,10 @@ std::vector<GradedObject> gradeRun(const CutRun& run, double tolerance, const st
   return out;
 }
 
-std::vector<TriangleMesh> leftOfLayers(const CutRun::Object& object, builder::Progress& progress) {
+std::vector<TriangleMesh> leftOfLayers(const CutRun::Object& object, const GradedObject& graded, builder::Progress& progress) {
   std::vector<TriangleMesh> out;
-  for (std::size_t k = 0; k < object.layers.size(); ++k) {
-    // The mesh of a layer contains those after it.
-    std::optional<TriangleMesh> left = object.layers[k].mesh;
-    for (std::size_t inner = k + 1; left && inner < object.layers.size(); ++inner)
-      left = builder::subtractSolid(*left, object.layers[inner].mesh, progress);
-    out.push_back(left ? builder::remainingMesh(*left, object.paths, kShownTolerance, progress).mesh : object.layers[k].mesh);
-  }
+  for (const TriangleMesh& material : graded.materials)
+    out.push_back(material.triangles.empty() ? material : builder::remainingMesh(material, object.paths, kShownTolerance, progress).mesh);
   return out;
 }
 

@@ -27,6 +27,7 @@ struct GradedObject {
   builder::VolumeBounds removed;
   bool is_met = true;  // the tolerance
   std::vector<GradedLayer> layers;
+  std::vector<TriangleMesh> materials;          // of the layers, before the cut
   std::optional<std::size_t> lesion;            // the layer that was to be removed
   builder::VolumeBounds outsideLesion() const;  // removed of the other layers
 };
@@ -37,7 +38,7 @@ std::vector<GradedObject> gradeRun(const CutRun& run, double tolerance, const st
 
 /// What is left of the material of each layer, as closed meshes to look at, within 0.05 mm; without triangles where
 /// nothing is left. @throws builder::BuildError, builder::Cancelled
-std::vector<TriangleMesh> leftOfLayers(const CutRun::Object& object, builder::Progress& progress);
+std::vector<TriangleMesh> leftOfLayers(const CutRun::Object& object, const GradedObject& graded, builder::Progress& progress);
 
 /// Schema spheretree.grade/1.
 nlohmann::ordered_json gradeJson(const CutRun& run, const std::vector<GradedObject>& objects, const std::string& recording);

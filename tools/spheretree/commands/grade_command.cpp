@@ -54,7 +54,7 @@ int runGrade(const GradeOptions& options, bool quiet, builder::Progress& progres
   std::vector<std::vector<TriangleMesh>> left;  // for the page
   progress.stage("page");
   for (std::size_t i = 0; i < run.objects.size() && !options.output.empty(); ++i)
-    left.push_back(pipeline::leftOfLayers(run.objects[i], progress));
+    left.push_back(pipeline::leftOfLayers(run.objects[i], objects[i], progress));
   clearProgressLine();
   if (!options.output.empty()) formats::writeWhole(options.output, gradePage(run, objects, left, options.input.filename().string()));
   if (options.json)
