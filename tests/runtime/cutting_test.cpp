@@ -306,8 +306,8 @@ TEST(CutLattice, ItsBallsLieAlongTheWallAndNeverBeyondIt) {
     std::vector<Sphere> wall;
     for (const CutBlock& block : storage.blocks())
       if (lattice.hasWall(block)) {
-        std::array<Sphere, kBlockPoints> balls;
-        wall.insert(wall.end(), balls.begin(), balls.begin() + static_cast<std::ptrdiff_t>(lattice.wallOf(block, balls.data())));
+        lattice.visitWall(block, lattice.middleOf(block.place), 100,
+                          [&](std::size_t point) { wall.push_back(lattice.wallBall(block, point)); });
       }
     Random random(11);
     for (const Sphere& s : wall) {  // in the material, as a ball

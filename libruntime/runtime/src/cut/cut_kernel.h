@@ -25,6 +25,16 @@ struct CutRequest {
   float largest, play;                    // clearance of the middle of a ball of the wall; its distance from what was removed
 };
 
+/// Which balls of the wall in a block come within reach of a point.
+struct WallRequest {
+  float corner[3];                      // first point of the block, from the point [mm]
+  float spacing, reach, largest, play;  // of the points; of the point; radius of the largest ball; as above
+  const float* clearance;
+  const float* depth;
+  const std::uint8_t* wall;
+  std::uint8_t* near;  // (row) bits of the points about which they lie; a few that are as near as rounding, too
+};
+
 /// Distances of a block of points from triangles, positive behind the nearest one.
 struct DepthRequest {
   double corner[3];      // as the triangles
@@ -38,6 +48,7 @@ struct DepthRequest {
 /// Both tables give the same bits.
 struct CutKernel {
   void (*cutBlock)(const CutRequest&);
+  void (*nearWalls)(const WallRequest&);
   void (*signedDistances)(const DepthRequest&);
 };
 

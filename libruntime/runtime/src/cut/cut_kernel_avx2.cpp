@@ -5,7 +5,7 @@
 namespace spheretree::runtime {
 
 const CutKernel& avx2CutKernel() {
-  static constexpr CutKernel kernel{cutBlock, signedDistances};
+  static constexpr CutKernel kernel{cutBlock, nearWalls, signedDistances};
   return kernel;
 }
 

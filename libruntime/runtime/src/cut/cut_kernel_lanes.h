@@ -2,6 +2,8 @@
 // The fields of a block of what is cut: cut_lattice.h. docs/algorithms/runtime/cutting.md
 #pragma once
 
+#include <algorithm>
+
 #include "cut/cut_kernel.h"
 #include "kernel/vector_lanes.h"
 
@@ -49,6 +51,26 @@ void cutBlock(const CutRequest& q) {
         q.volume[q.layer[8 * row + lane]] += cell * static_cast<double>(taken[lane]);
       }
     }
+}
+
+// Square of a distance within which rounding may put one that is as large as the sum of two radii.
+inline F8 widened(const F8& sum) { return splat(1.0001f) * sum * sum; }
+
+void nearWalls(const WallRequest& q) {
+  const F8 h = splat(q.spacing), lane = __builtin_convertvector((I8)kLanes, F8), reach = splat(q.reach);
+  const F8 x = splat(q.corner[0]) + h * lane, y = splat(q.corner[1]) + h * lane, widest = widened(reach + splat(q.largest));
+  for (unsigned z = 0; z < 8; ++z) {
+    const float off = q.corner[2] + q.spacing * static_cast<float>(z);
+    const F8 from_line = y * y + splat(off * off);
+    std::fill_n(q.near + 8 * z, 8, std::uint8_t{0});
+    for (unsigned rows = maskOf(from_line <= widest); rows; rows &= rows - 1) {
+      const auto k = static_cast<unsigned>(__builtin_ctz(rows)), row = 8 * z + k;
+      const unsigned wall = q.wall[row];
+      if (wall == 0) continue;
+      const F8 radius = minOf(load(q.clearance + 8 * row), load(q.depth + 8 * row)) - splat(q.play);
+      q.near[row] = static_cast<std::uint8_t>(wall & maskOf(x * x + splat(from_line[k]) <= widened(reach + radius)));
+    }
+  }
 }
 
 // Distances to triangles that differ by less than this share are those of a side or corner that the triangles have in

@@ -4,7 +4,7 @@
 namespace spheretree::runtime {
 
 const CutKernel& scalarCutKernel() {
-  static constexpr CutKernel kernel{cutBlock, signedDistances};
+  static constexpr CutKernel kernel{cutBlock, nearWalls, signedDistances};
   return kernel;
 }
 

@@ -181,19 +181,27 @@ std::uint32_t CutLattice::remove(const Vector3d& from, const Vector3d& to, doubl
   return work;
 }
 
-std::size_t CutLattice::wallOf(const CutBlock& block, Sphere* const to) const {
+Sphere CutLattice::wallBall(const CutBlock& block, std::size_t point) const {
   const Vector3d corner = cornerOf(block.place);
-  std::size_t count = 0;
-  for (std::size_t row = 0; row < kBlockPoints / 8; ++row)
-    for (unsigned lanes = block.wall[row]; lanes; lanes &= lanes - 1) {
-      const auto lane = static_cast<unsigned>(std::countr_zero(lanes));
-      const std::size_t point = 8 * row + lane;
-      to[count++] = {static_cast<float>(corner[0] + spacing_ * lane),
-                     static_cast<float>(corner[1] + spacing_ * static_cast<double>(row & 7)),
-                     static_cast<float>(corner[2] + spacing_ * static_cast<double>(row >> 3)),
-                     std::min(block.clearance[point], block.depth[point]) - static_cast<float>(kPlay)};
-    }
-  return count;
+  return {static_cast<float>(corner[0] + spacing_ * static_cast<double>(point & 7)),
+          static_cast<float>(corner[1] + spacing_ * static_cast<double>(point >> 3 & 7)),
+          static_cast<float>(corner[2] + spacing_ * static_cast<double>(point >> 6)),
+          std::min(block.clearance[point], block.depth[point]) - static_cast<float>(kPlay)};
+}
+
+void CutLattice::findNearWall(const CutBlock& block, const Vector3d& centre, double reach, std::uint8_t* near) const {
+  WallRequest request{};
+  const Vector3d corner = cornerOf(block.place) - centre;
+  for (int k = 0; k < 3; ++k) request.corner[k] = static_cast<float>(corner[k]);
+  request.spacing = static_cast<float>(spacing_);
+  request.reach = static_cast<float>(reach);
+  request.largest = static_cast<float>(largestWallBall());
+  request.play = static_cast<float>(kPlay);
+  request.clearance = block.clearance;
+  request.depth = block.depth;
+  request.wall = block.wall;
+  request.near = near;
+  kernel_.nearWalls(request);
 }
 
 }  // namespace spheretree::runtime

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -100,12 +101,23 @@ class CutLattice {
   std::uint32_t remove(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius, std::span<double> volume);
   /// The distance of a point from the box around all blocks that were cut; infinite if there is none.
   double distanceFromCut(const Eigen::Vector3d& point) const;
-  /// Writes balls about points of the block in the material, as large as fits, where something was removed nearby: they
-  /// come to within a small play of what was removed. Returns their number, at most kBlockPoints.
-  std::size_t wallOf(const CutBlock& block, Sphere* to) const;
+  /// The wall has balls about points of a block in the material, as large as fits, where something was removed nearby:
+  /// they come to within a small play of what was removed.
+  Sphere wallBall(const CutBlock& block, std::size_t point) const;
+  /// Calls visit(point) for the balls of the wall that are within `reach` of `centre`, and for some that are as near
+  /// but for rounding; in ascending order.
+  template <class Visit>
+  void visitWall(const CutBlock& block, const Eigen::Vector3d& centre, double reach, Visit&& visit) const {
+    std::uint8_t near[kBlockPoints / 8];
+    findNearWall(block, centre, reach, near);
+    for (std::size_t row = 0; row < kBlockPoints / 8; ++row)
+      for (unsigned lanes = near[row]; lanes; lanes &= lanes - 1) visit(8 * row + static_cast<std::size_t>(std::countr_zero(lanes)));
+  }
   double largestWallBall() const { return kWallSpacings * spacing_; }
 
  private:
+  void findNearWall(const CutBlock& block, const Eigen::Vector3d& centre, double reach, std::uint8_t* near) const;
+
   static constexpr double kWallSpacings = 2.5;
   // A burr that fits its hole exactly would be stuck in it by rounding: no spindle runs truer than this.
   static constexpr double kPlay = 0.005;  // [mm]

@@ -370,29 +370,33 @@ bool Cutter::addWallsOf(Work& work, const Configuration& pose, double margin, st
   findNearParts(work, pose, margin + kRoundingSlack);
   tests += static_cast<std::uint32_t>(scene_.wall_slots.size());
   if (near_parts_.empty()) return true;
-  const double block_radius = work.lattice.blockRadius() + work.lattice.largestWallBall();
+  const double largest = work.lattice.largestWallBall(), side = 7 * work.lattice.spacing();
   const std::size_t begin = pairs_.size(), capacity = scene_.step_limits.max_pairs;
   for (const CutBlock& block : storage_.blocks()) {
     if (!work.lattice.hasWall(block)) continue;
-    const Vector3d middle = work.lattice.middleOf(block.place);
-    const std::size_t first = wall_count_;
-    if (first + kBlockPoints > walls_.size()) return false;
-    std::size_t end = first;
-    bool is_used = false;
+    const Vector3d corner = work.lattice.cornerOf(block.place), opposite = corner.array() + side;
+    bool is_first = true, fits = true;
     for (const NearPart& part : near_parts_) {
       ++tests;
-      if ((part.at - middle).squaredNorm() > (part.reach + block_radius) * (part.reach + block_radius)) continue;
-      if (end == first) end += work.lattice.wallOf(block, walls_.data() + first);
-      tests += static_cast<std::uint32_t>(end - first);
-      for (std::size_t w = first; w < end; ++w) {
-        const double sum = part.reach + static_cast<double>(walls_[w].radius);
-        if ((part.at - centreOf(walls_[w])).squaredNorm() > sum * sum) continue;
-        if (pairs_.size() == capacity) return false;
-        pairs_.push_back(part.slot << 16 | static_cast<std::uint32_t>(w));
-        is_used = true;
-      }
+      const double reach = part.reach + largest;
+      if ((part.at - part.at.cwiseMax(corner).cwiseMin(opposite)).squaredNorm() > reach * reach) continue;
+      if (is_first) wall_of_.fill(kNoItem);
+      is_first = false;
+      tests += kBlockPoints / 8;
+      work.lattice.visitWall(block, part.at, part.reach, [&](std::size_t point) {
+        const Sphere ball = work.lattice.wallBall(block, point);
+        const double sum = part.reach + static_cast<double>(ball.radius);
+        if (!fits || (part.at - centreOf(ball)).squaredNorm() > sum * sum) return;
+        fits = pairs_.size() < capacity && (wall_of_[point] != kNoItem || wall_count_ < walls_.size());
+        if (!fits) return;
+        if (wall_of_[point] == kNoItem) {
+          wall_of_[point] = static_cast<std::uint32_t>(wall_count_);
+          walls_[wall_count_++] = ball;
+        }
+        pairs_.push_back(part.slot << 16 | wall_of_[point]);
+      });
+      if (!fits) return false;
     }
-    if (is_used) wall_count_ = end;
   }
   if (pairs_.size() > begin)
     runs_.push_back({work.object, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(pairs_.size() - begin), true});

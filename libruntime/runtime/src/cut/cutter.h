@@ -84,6 +84,7 @@ class Cutter final : public Cutting {
   std::vector<NearPart> near_parts_;
   std::vector<Sphere> walls_;  // of which wall_count_ are used
   std::size_t wall_count_ = 0;
+  std::array<std::uint32_t, kBlockPoints> wall_of_{};  // (point of a block) scratch: its ball in walls_, or kNoItem
   std::vector<std::uint32_t> pairs_;
   std::vector<PairRun> runs_;
 };
