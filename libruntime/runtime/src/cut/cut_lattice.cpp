@@ -81,15 +81,24 @@ BlockPlace CutLattice::placeOf(const Vector3d& point) const {
   return place;
 }
 
+CutLattice::CellPlace CutLattice::cellOf(const Vector3d& point) const {
+  CellPlace cell;
+  for (int k = 0; k < 3; ++k) {
+    const double q = point[k] / spacing_;
+    const auto towards_zero = static_cast<std::int32_t>(q);  // std::floor is a call on machines without SSE4.1
+    cell.low[k] = towards_zero - (q < towards_zero);
+    cell.share[k] = static_cast<float>(q - cell.low[k]);
+  }
+  return cell;
+}
+
 Material CutLattice::at(const Vector3d& point) const {
-  std::int32_t low[3];
+  const CellPlace cell = cellOf(point);
+  const std::int32_t(&low)[3] = cell.low;
   float share[3][2];
   unsigned crossed = 0;  // bits of the axes along which the eight points around it lie in two blocks
   for (int k = 0; k < 3; ++k) {
-    const double q = point[k] / spacing_;
-    const auto towards_zero = static_cast<std::int32_t>(q);
-    low[k] = towards_zero - (q < towards_zero);
-    share[k][1] = static_cast<float>(q - low[k]);
+    share[k][1] = cell.share[k];
     share[k][0] = 1 - share[k][1];
     crossed |= static_cast<unsigned>((low[k] & 7) == 7) << k;
   }
@@ -106,7 +115,7 @@ Material CutLattice::at(const Vector3d& point) const {
     sum.depth += weight * (block ? block->depth[point_index] : -static_cast<float>(reach_));
     sum.clearance += weight * (block ? block->clearance[point_index] : static_cast<float>(reach_));
   };
-  const auto first = static_cast<std::size_t>((low[0] & 7) | (low[1] & 7) << 3 | (low[2] & 7) << 6);
+  const std::size_t first = cell.first();
   if (crossed == 0 && blocks[0]) {  // two thirds of all points
     for (unsigned corner = 0; corner < 8; ++corner)
       add(corner, blocks[0], first + (corner & 1) + 8 * (corner >> 1 & 1) + 64 * (corner >> 2));
@@ -118,6 +127,15 @@ Material CutLattice::at(const Vector3d& point) const {
     add(corner, blocks[corner & crossed], point_index);
   }
   return sum;
+}
+
+bool CutLattice::isClearanceBelow(double limit, const Vector3d& point) const {
+  const CellPlace cell = cellOf(point);
+  const std::int32_t index = find({cell.low[0] >> 3, cell.low[1] >> 3, cell.low[2] >> 3});
+  const double near = index >= 0 ? static_cast<double>(storage_.blocks()[static_cast<std::size_t>(index)].clearance[cell.first()]) : reach_;
+  // A distance changes by no more than its point moves: no corner of the cell differs by more than its diagonal.
+  if (std::abs(near - limit) > 1.74 * spacing_) return near < limit;
+  return at(point).clearance < limit;
 }
 
 double CutLattice::distanceFromCut(const Vector3d& point) const {

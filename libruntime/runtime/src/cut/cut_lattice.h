@@ -94,6 +94,8 @@ class CutLattice {
 
   /// Both fields, interpolated. Where no block is, there is neither material nor anything removed.
   Material at(const Eigen::Vector3d& point) const;
+  /// Whether the interpolated clearance is below `limit`, which most often one point of the lattice tells.
+  bool isClearanceBelow(double limit, const Eigen::Vector3d& point) const;
   std::uint8_t layerAt(const Eigen::Vector3d& point) const;
 
   /// Removes the points within `radius` of the segment. `volume`: (layer) what this takes off is added, by the share of
@@ -116,6 +118,13 @@ class CutLattice {
   double largestWallBall() const { return kWallSpacings * spacing_; }
 
  private:
+  /// The cell of eight points around a point.
+  struct CellPlace {
+    std::int32_t low[3];  // the first of them
+    float share[3];       // of the way to the next along each axis
+    std::size_t first() const { return static_cast<std::size_t>((low[0] & 7) | (low[1] & 7) << 3 | (low[2] & 7) << 6); }  // in its block
+  };
+  CellPlace cellOf(const Eigen::Vector3d& point) const;
   void findNearWall(const CutBlock& block, const Eigen::Vector3d& centre, double reach, std::uint8_t* near) const;
 
   static constexpr double kWallSpacings = 2.5;

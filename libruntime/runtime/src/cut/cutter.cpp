@@ -27,6 +27,7 @@ constexpr int kFacets = 192;                // of a burr ball: each turns by 8 d
 constexpr double kEdge = 0.25;              // the rim of what was removed is this wide, in spacings
 constexpr double kRoundingSlack = 1e-5;     // of distances in floats [mm]
 constexpr std::size_t kMaxWalls = 1 << 16;  // slots of a pair
+constexpr std::uint32_t kDropWork = 10;     // of a row whose touched point may be removed: in units of StepLimits::max_work
 constexpr double kNoRow = 1e6;              // a larger gap is that of a row that holds always [mm]
 constexpr int kMaxTraces = 12;              // of the way to the material
 
@@ -136,7 +137,7 @@ Vector3d Cutter::localOf(const Work& work, const Vector3d& world) const {
 }
 
 bool Cutter::isRemoved(const Work& work, const Vector3d& point) {
-  return work.lattice.isCut() && work.lattice.at(point).clearance < -kEdge * work.lattice.spacing();
+  return work.lattice.isCut() && work.lattice.isClearanceBelow(-kEdge * work.lattice.spacing(), point);
 }
 
 bool Cutter::isRemoved(std::size_t object, const Vector3d& point) const {
@@ -424,12 +425,14 @@ void Cutter::addWalls(const Configuration& pose, double margin, PairSet& set) {
   set.runs = memory_.runs;
 }
 
-void Cutter::dropRemoved(const PairSet& set, std::uint32_t first, const Configuration& pose, RowSet& rows) const {
+std::uint32_t Cutter::dropRemoved(const PairSet& set, std::uint32_t first, const Configuration& pose, RowSet& rows) const {
   const Eigen::Matrix3d rotation = pose.orientation.toRotationMatrix();
   bool is_changed = false;
+  std::uint32_t work_done = 0;
   for (const PairRun& run : set.runs) {
     const Work* const work = run.of_wall ? nullptr : workOf(run.object);
     if (!work || !work->lattice.isCut()) continue;
+    work_done += kDropWork * run.count;
     for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i) {
       const std::uint32_t row = first + i;
       const auto weight = static_cast<double>(rows.weight[row]);
@@ -445,7 +448,7 @@ void Cutter::dropRemoved(const PairSet& set, std::uint32_t first, const Configur
       is_changed = true;
     }
   }
-  if (!is_changed) return;
+  if (!is_changed) return work_done;
   float smallest = std::numeric_limits<float>::infinity();
   for (std::uint32_t row = first; row < first + set.pairs.size(); ++row) {
     float size = 0;
@@ -453,6 +456,7 @@ void Cutter::dropRemoved(const PairSet& set, std::uint32_t first, const Configur
     if (size > 0) smallest = std::min(smallest, -rows.b[row] / rows.weight[row]);
   }
   (first == 0 ? rows.smallest_gap : rows.smallest_felt_gap) = smallest;
+  return work_done;
 }
 
 }  // namespace spheretree::runtime

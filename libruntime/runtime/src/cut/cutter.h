@@ -21,7 +21,7 @@ class Cutter final : public Cutting {
   Configuration resisted(const Configuration& aim, StepResult& result) override;
   void addWalls(const Configuration& pose, double margin, PairSet& set) override;
   const Sphere* walls() const override { return walls_.data(); }
-  void dropRemoved(const PairSet& set, std::uint32_t first, const Configuration& pose, RowSet& rows) const override;
+  std::uint32_t dropRemoved(const PairSet& set, std::uint32_t first, const Configuration& pose, RowSet& rows) const override;
   bool isRemoved(std::size_t object, const Eigen::Vector3d& point) const override;
   void remove(StepResult& result) override;
 

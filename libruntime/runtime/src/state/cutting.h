@@ -32,8 +32,9 @@ class Cutting {
   virtual void addWalls(const Configuration& pose, double margin, PairSet& set) = 0;
   /// The balls of the walls of the last search.
   virtual const Sphere* walls() const = 0;
-  /// Makes rows, those of `set` from `first` on, hold always if they touch the object where it was removed.
-  virtual void dropRemoved(const PairSet& set, std::uint32_t first, const Configuration& pose, RowSet& rows) const = 0;
+  /// Makes rows, those of `set` from `first` on, hold always if they touch the object where it was removed. Returns the
+  /// work, in the unit of StepLimits::max_work.
+  virtual std::uint32_t dropRemoved(const PairSet& set, std::uint32_t first, const Configuration& pose, RowSet& rows) const = 0;
   /// `point`: in the axes of the object, from its anchor [mm].
   virtual bool isRemoved(std::size_t object, const Eigen::Vector3d& point) const = 0;
   /// Removes what the burr swept in this step, if it turns.

@@ -84,7 +84,7 @@ RowSet StepParts::rows(const PairSet& set, const Configuration& pose, RowForm fo
   result.rows = static_cast<std::uint32_t>(set.pairs.size());
   if (memory.tissue && form == RowForm::TrueDistance) memory.tissue->placePatches(set);
   RowSet out = makeRows(set, pose, form, axes, memory);
-  if (memory.cutting && form == RowForm::TrueDistance) memory.cutting->dropRemoved(set, 0, pose, out);
+  if (memory.cutting && form == RowForm::TrueDistance) result.work += memory.cutting->dropRemoved(set, 0, pose, out);
   if (scene.has_soft) shiftSoft(set, 0, out);
   return out;
 }
@@ -103,7 +103,7 @@ void StepParts::addFelt(const PairSet& set, const Configuration& pose, double ma
   const Stage stage(times_ ? &times_->rows : nullptr);
   felt_ = feltPairs(set, margin, memory);
   addFeltRows(felt_, pose, margin, rows, memory);
-  if (memory.cutting) memory.cutting->dropRemoved(felt_, rows.guarded, pose, rows);
+  if (memory.cutting) result.work += memory.cutting->dropRemoved(felt_, rows.guarded, pose, rows);
   if (scene.has_soft) shiftSoft(felt_, rows.guarded, rows);
   result.rows = rows.rows.count;
   result.work += kFeltWork * costOfRow() * groups(felt_.pairs.size());
