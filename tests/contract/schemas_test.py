@@ -59,6 +59,15 @@ def check(name: str, written: dict):
     print(f"{name}: {len(paths)} numbers checked")
 
 
+def recording_of(folder: Path, steps: int) -> Path:
+    """A recording of a tool that follows the path of the sample cavity exactly."""
+    rows = [line.split(",") for line in (folder / "drill.csv").read_text().splitlines()[1:steps + 1]]
+    lines = ["tick,t_s,gx_mm,gy_mm,gz_mm,gqw,gqx,gqy,gqz,scene,spin"]
+    lines += [",".join([str(i), *row[:8], "cavity.scene.json" if i == 0 else "", row[8]]) for i, row in enumerate(rows)]
+    (folder / "run.csv").write_text("\n".join(lines) + "\n")
+    return folder / "run.csv"
+
+
 def main():
     build, work = Path(sys.argv[1]), Path(sys.argv[2])
     shutil.rmtree(work, ignore_errors=True)
@@ -75,6 +84,10 @@ def main():
     run(build / "tools/haptic_player/haptic-player", "--scenario", "F7", "--quality", "quick", "--out", work / "stability", "--quiet", codes=(0, 5))
     run(build / "samples/make_scans/make_scans", work / "scans", "edge=1.5")
     run(program, "split", work / "scans/upper.obj", "--labels", work / "scans/upper.json", "-o", work / "patient", "--quiet", codes=(0, 5))
+    run(build / "samples/make_samples/make_samples", "--cavity", work / "cavity")
+    graded = subprocess.run([program, "grade", recording_of(work / "cavity", 6000), "--volume-tolerance", "1", "--json"],
+                            stdout=subprocess.PIPE, text=True, check=True).stdout
+    check("grade", json.loads(graded))
     check("scene", SCENE)
     for name, file in (("scene", "trees/scene.json"), ("scene", "patient/mouth.scene.json"), ("build", "build.json"), ("report", "trees/report.json"),
                        ("compare", "comparison/compare.json"), ("stability", "stability/stability.json"), ("split", "patient/split.json")):
