@@ -134,8 +134,8 @@ TEST(SceneFile, ReadsWhatABurrCuts) {
 
 TEST(SceneFile, RefusesABurrOrLayersThatCannotBe) {
   const std::vector<std::array<std::string, 3>> cases{
-      {"\"radius_mm\": 0.625", "\"radius_mm\": 0", "tool.burr[1].radius_mm is 0, not above 0"},
-      {"\"radius_mm\": 0.625", "\"radius_mm\": -1", "tool.burr[1].radius_mm is -1, not above 0"},
+      {"\"radius_mm\": 0.625", "\"radius_mm\": 0", "tool.burr[1].radius_mm is 0, not within 0.1 .. 10"},
+      {"\"radius_mm\": 0.625", "\"radius_mm\": -1", "tool.burr[1].radius_mm is -1, not within 0.1 .. 10"},
       {"\"radius_mm\": 0.625", "\"size\": 1", "tool.burr[1] has the unknown key \"size\""},
       {"{\"centre_mm\": [0, 0, 0.5], \"radius_mm\": 0.5}, {\"centre_mm\": [0, 0, 1.25], \"radius_mm\": 0.625}", "",
        "tool.burr has 0 balls, not 1 to 32"},

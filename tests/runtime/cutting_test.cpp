@@ -212,6 +212,17 @@ TEST(Cutting, AForceThatEndsDoesSoOverSeveralSteps) {
   EXPECT_LT(largest, 0.07 * strongest);
 }
 
+TEST(Cutting, ABurrIsAPartOfTheTool) {
+  SceneDescription d = drill({8, {}, 0});
+  d.burr = {{{0, 0, 0}, kBurr}, {{0, 0, 3}, kBurr}};
+  Scene scene;
+  std::string fault;
+  EXPECT_TRUE(compileScene(d, scene, fault)) << fault;
+  d.burr[1].centre = {0, 0, 500};
+  EXPECT_FALSE(compileScene(d, scene, fault));
+  EXPECT_NE(fault.find("ball 1 of the burr is 49"), std::string::npos) << fault;
+}
+
 // The same block twice: each keeps what was removed of it, and only of it.
 TEST(Cutting, ObjectsAreCutByThemselves) {
   SceneDescription d = drill({8, {}, 0});

@@ -256,6 +256,8 @@ void refuseUncuttable(const JsonElement& object, const SceneFile& scene, const S
                                              ": the first layer is the whole object");
 }
 
+constexpr double kLeastBurr = 0.1, kLargestBurr = 10;  // radius of its balls, as in the runtime [mm]
+
 std::vector<Ball> readBurr(const JsonElement& e) {
   if (e.size() < 1 || e.size() > kMaxBurrBalls)
     e.fail("has " + std::to_string(e.size()) + " balls, not 1 to " + std::to_string(kMaxBurrBalls));
@@ -263,7 +265,7 @@ std::vector<Ball> readBurr(const JsonElement& e) {
   for (std::size_t i = 0; i < e.size(); ++i) {
     const JsonElement ball = e.item(i);
     ball.onlyKeys({"centre_mm", "radius_mm"});
-    burr.push_back({vector(ball.at("centre_mm")), above0(ball.at("radius_mm"), kMaxSceneLength)});
+    burr.push_back({vector(ball.at("centre_mm")), within(ball.at("radius_mm"), kLeastBurr, kLargestBurr)});
   }
   return burr;
 }

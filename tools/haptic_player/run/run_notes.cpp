@@ -42,6 +42,8 @@ std::vector<std::string> notesOn(const PlaySettings& settings, bool is_steered, 
   if (!renders_torque) notes.push_back("The device has motors for forces only: torques were not felt. A recording and a window show them.");
   std::optional<formats::SceneFile> scene;
   if (!settings.scene.empty()) scene = formats::readScene(settings.scene);
+  if (scene && scene->tool.burr.empty() && std::any_of(scene->objects.begin(), scene->objects.end(), [](const auto& o) { return o.cut; }))
+    notes.push_back("Nothing was cut: the tool of the scene has no burr.");
   const double seconds = static_cast<double>(steps) / settings.rate;
   const bool is_tour = settings.device == DeviceKind::Simulated && settings.trajectory.empty() && !is_steered;
   if (is_tour) {

@@ -206,6 +206,21 @@ std::string faultInBurr(const SceneDescription& d) {
   return {};
 }
 
+// A ball that meets no leaf of the tool was most likely given in another frame.
+std::string faultInBurrPlace(const SceneDescription& d, const CompiledScene& scene) {
+  for (std::size_t i = 0; i < d.burr.size(); ++i) {
+    double gap = std::numeric_limits<double>::infinity();
+    for (std::size_t slot = 0; slot < scene.tool.spheres.size(); ++slot) {
+      const Sphere& leaf = scene.tool.spheres[slot];
+      if (scene.tool.item[slot] == kNoItem) continue;
+      gap = std::min(gap, (centreOf(leaf) - (d.burr[i].centre - d.reference_point)).norm() - double{leaf.radius} - d.burr[i].radius);
+    }
+    if (gap > 0)
+      return "ball " + std::to_string(i) + " of the burr is " + std::to_string(gap) + " mm away from the tool; give it in the tool's frame";
+  }
+  return {};
+}
+
 // The balls of the burr follow the leaves. A leaf is of the burr if it is within a ball, larger by what leaves reach
 // out of the mesh, and by what the mesh is smaller than the ball.
 void addBurr(const SceneDescription& d, CompiledScene& out) {
@@ -295,7 +310,11 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
   for (const CompiledShape& shape : out->shapes) out->skin_tolerance = std::max(out->skin_tolerance, shape.skin.tolerance);
   out->min_contact = minContact(*out);
   findToolParts(2 * (static_cast<double>(out->skin_tolerance) + kGapTolerance), *out);
-  if (out->make_cutting) addBurr(d, *out);
+  if (out->make_cutting) {
+    fault = faultInBurrPlace(d, *out);
+    if (!fault.empty()) return false;
+    addBurr(d, *out);
+  }
   scene = Scene(std::move(out));
   return true;
 }
