@@ -142,7 +142,7 @@ TEST_F(LoadedScene, CutsAsTheDescriptionOfTheFile) {
 
 TEST_F(LoadedScene, NamesObjectsAndBodies) {
   CScene c;
-  ASSERT_EQ(st_scene_load(c.scene, folder_.path().c_str()), 0) << st_scene_error(c.scene);  // the folder that batch writes
+  ASSERT_EQ(st_scene_load(c.scene, folder_.path().string().c_str()), 0) << st_scene_error(c.scene);  // the folder that batch writes
   ASSERT_EQ(st_scene_object_count(c.scene), 4u);
   EXPECT_STREQ(st_scene_object_name(c.scene, 2), "tongue");
   EXPECT_STREQ(st_scene_object_name(c.scene, 4), "");

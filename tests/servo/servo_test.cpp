@@ -74,8 +74,10 @@ TEST_F(Servo, AHandPressesOnTheObject) {
     ASSERT_TRUE(until([&] { return now.step > 100 && !(now.safety & ST_SERVO_RAMP); })) << "guard and ramp end in free space";
     EXPECT_NEAR(now.haptic_tool.position_mm[2], 15, 0.1);
     EXPECT_EQ(now.phase, std::uint32_t{ST_SERVO_RUNNING});
-    EXPECT_NEAR(now.time_s * rate, static_cast<double>(now.step), 0.2 * static_cast<double>(now.step) + 50)
-        << "the rate, on a busy machine";
+    EXPECT_LE(static_cast<double>(now.step), now.time_s * rate + 2) << "no steps in a burst after one that was late";
+    if (now.late_steps == 0) {
+      EXPECT_LE(now.time_s * rate, 2 * static_cast<double>(now.step)) << "the rate, unless the machine is busy";
+    }
     ASSERT_TRUE(hand(0));
     ASSERT_TRUE(until([&] { return force() > 0.5 && now.contacts > 0; }));
     st_contact contact[2] = {ST_CONTACT_INIT, ST_CONTACT_INIT};
