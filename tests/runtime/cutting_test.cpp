@@ -223,6 +223,47 @@ TEST(Cutting, ABurrIsAPartOfTheTool) {
   EXPECT_NE(fault.find("ball 1 of the burr is 49"), std::string::npos) << fault;
 }
 
+// The largest change of the force in a step in which the hand rests.
+double largestStepAtRest(Rig& rig, const Vector3d& hand, int steps) {
+  Vector3d last = rig.toPoint(hand).wrench.force;
+  double largest = 0;
+  for (int n = 0; n < steps; ++n) {
+    const Vector3d force = rig.toPoint(hand).wrench.force;
+    largest = std::max(largest, (force - last).norm());
+    last = force;
+  }
+  EXPECT_LT(last.norm(), 1e-6);
+  return largest;
+}
+
+// The hand jumps 5 mm out of a hole. The burr, which lags behind, comes to where no material is near, or its spindle
+// stops on the way.
+TEST(Cutting, TheForceEndsOverSeveralStepsWhereNoMaterialIsNear) {
+  for (const bool stops : {false, true}) {
+    Rig rig(drill({8, {}, 0}));
+    const Vector3d bottom = drillDown(rig, {0.3, 0.2, 0}, 1.5);
+    setSpindle(true, *rig.workspace);
+    const Vector3d out = bottom + Vector3d(0.4, 0.3, 5);
+    StepResult r;
+    for (int n = 0; n < 30; ++n) r = rig.toPoint(out);
+    ASSERT_GT(r.wrench.force.norm(), 0.5);
+    if (stops) setSpindle(false, *rig.workspace);
+    EXPECT_LT(largestStepAtRest(rig, out, 300), 0.2);
+  }
+}
+
+// A burr that spins comes out of the hole that it has made, where nothing is left to cut.
+TEST(Cutting, ABurrLeavesItsHoleWithoutResistance) {
+  Rig rig(drill({3, {}, 0}));
+  const Vector3d bottom = drillDown(rig, {0.3, 0.2, 0}, 1.5);
+  setSpindle(true, *rig.workspace);
+  const double before = sumOf(cutState(0, *rig.workspace));
+  double held = 0;
+  for (double z = bottom.z(); z < 5; z += 0.02) held = std::max(held, rig.toPoint({bottom.x(), bottom.y(), z}).wrench.force.norm());
+  EXPECT_LT(held, 0.05);  // to cut at that speed takes 6.7 N
+  EXPECT_NEAR(sumOf(cutState(0, *rig.workspace)) / before, 1, 1e-3);
+}
+
 // The same block twice: each keeps what was removed of it, and only of it.
 TEST(Cutting, ObjectsAreCutByThemselves) {
   SceneDescription d = drill({8, {}, 0});

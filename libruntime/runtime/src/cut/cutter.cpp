@@ -50,7 +50,7 @@ double gapAlong(const CutLattice& lattice, const Vector3d& from, const Vector3d&
   Material here = lattice.at(from);
   share = std::clamp(0.5f + here.depth * inverse_h, 0.0f, 1.0f) *
           std::clamp(1 + here.clearance * inverse_h / static_cast<float>(kEdge), 0.0f, 1.0f);
-  if (share > 0) return 0;
+  if (share > 0) return -static_cast<double>(std::min(here.clearance, 0.0f));
   double way = 0;
   for (int trace = 0; trace < kMaxTraces; ++trace) {
     const double further = -static_cast<double>(std::min(here.depth, here.clearance));
@@ -265,16 +265,10 @@ Vector6 Cutter::rubbedTarget(const CutStep& step, const Vector6& target) const {
   return out;
 }
 
-Configuration Cutter::resisted(const Configuration& aim, StepResult& result) {
-  facets_.clear(), facet_of_.clear();
-  for (Work& work : works_) {
-    work.layer = CutState::kNone;
-    for (Near& near : work.burr) near.is_near = false;
-  }
-  if (!spins_) return aim;
-  const Displacement to_aim = displacementBetween(memory_.graphic, aim);
+// Finds the facets that the burr's balls have near material. Returns false if blocks are missing.
+bool Cutter::findFacets(const Displacement& to_aim, StepResult& result) {
   const std::uint32_t max_work = scene_.step_limits.max_work / 4;
-  bool is_known = true, is_near = false;
+  bool is_known = true;
   for (Work& work : works_) {
     if (!memory_.isActive(work.object)) continue;
     follow(work.object, memory_);
@@ -284,18 +278,31 @@ Configuration Cutter::resisted(const Configuration& aim, StepResult& result) {
       const Reach reach = prepare(work, ball, way, max_work, result);
       is_known = is_known && reach != Reach::Unknown;
       if (reach != Reach::Near) continue;
-      is_near = true;
       addFacets(work, ball);
       result.work += 4 * kFacets;
     }
   }
-  if (!is_known) {
+  return is_known;
+}
+
+void Cutter::noteLayers(const Vector6& y) {
+  for (std::size_t i = 0; i < facets_.size(); ++i) {
+    if (!(facets_[i].along.dot(y) > facets_[i].gap)) continue;
+    std::uint32_t& layer = facet_of_[i].work->layer;
+    layer = layer == CutState::kNone ? facet_of_[i].layer : std::max(layer, std::uint32_t{facet_of_[i].layer});
+  }
+}
+
+Configuration Cutter::resisted(const Configuration& aim, StepResult& result) {
+  facets_.clear(), facet_of_.clear();
+  for (Work& work : works_) {
+    work.layer = CutState::kNone;
+    for (Near& near : work.burr) near.is_near = false;
+  }
+  const Displacement to_aim = displacementBetween(memory_.graphic, aim);
+  if (spins_ && !findFacets(to_aim, result)) {
     result.faults |= kWorkLimit;
     return memory_.graphic;
-  }
-  if (!is_near) {
-    last_ = {};
-    return aim;
   }
   const auto scaled = [&](const Displacement& d) {
     Vector6 out;
@@ -303,19 +310,23 @@ Configuration Cutter::resisted(const Configuration& aim, StepResult& result) {
     return out;
   };
   const Vector6 target = scaled(to_aim);
-  CutStep step = cutStep(facets_, target, last_, scene_.pull.translation, scene_.step_time);
-  last_ = step;
-  if (rubs_) step = cutStep(facets_, rubbedTarget(step, target), step, scene_.pull.translation, scene_.step_time);
-  result.work += static_cast<std::uint32_t>(facets_.size());
-  for (std::size_t i = 0; i < facets_.size(); ++i) {
-    if (!(facets_[i].along.dot(step.y) > facets_[i].gap)) continue;
-    std::uint32_t& layer = facet_of_[i].work->layer;
-    layer = layer == CutState::kNone ? facet_of_[i].layer : std::max(layer, std::uint32_t{facet_of_[i].layer});
+  CutStep step;
+  step.y = target;
+  if (facets_.empty()) {
+    last_ = {};
+  } else {
+    last_ = step = cutStep(facets_, target, last_, scene_.pull.translation, scene_.step_time);
+    if (rubs_) step = cutStep(facets_, rubbedTarget(step, target), step, scene_.pull.translation, scene_.step_time);
+    result.work += static_cast<std::uint32_t>(facets_.size());
+    noteLayers(step.y);
   }
-  // The force changes as it may elsewhere: a burr that slips off springs back over several steps.
-  const ForceRateLimit limit(scene_.pull, scene_.angle_length, scaled(displacementBetween(memory_.graphic, memory_.aim)),
-                             scaled(displacementBetween(memory_.aim, aim)), target);
-  const Vector6 y = limit.shareWithin(target, step.y, shareWithin(step.y)) * step.y;
+  // The force of cutting is what the tool lags behind the hand beyond its contacts. It changes as forces may elsewhere:
+  // a burr that slips off, comes out or stops springs back over several steps.
+  const Vector6 lag = scaled(displacementBetween(memory_.haptic, memory_.aim)), hand = scaled(displacementBetween(memory_.aim, aim));
+  const ForceRateLimit limit(scene_.pull, scene_.angle_length, lag, hand, lag + hand);
+  const double share = limit.shareWithin(target, step.y, shareWithin(step.y));
+  if (share == 1 && facets_.empty()) return aim;
+  const Vector6 y = share * step.y;
   return moved(memory_.graphic, {y.head<3>(), y.tail<3>() / scene_.angle_length});
 }
 

@@ -65,6 +65,8 @@ class Cutter final : public Cutting {
   Reach prepare(Work& work, std::size_t ball, double way, std::uint32_t max_work, StepResult& result);
   bool makeBlocks(Work& work, Near& near, double needed, double ahead, double free, std::uint32_t max_work, StepResult& result);
   void addFacets(Work& work, std::size_t ball);
+  bool findFacets(const Displacement& to_aim, StepResult& result);
+  void noteLayers(const Vector6& y);
   Vector6 rubbedTarget(const CutStep& step, const Vector6& target) const;
   double shareWithin(const Vector6& y) const;
   void addPairs(const PairSet& set, const PairRun& run);
