@@ -67,6 +67,61 @@ TEST(Measures, OffsetAnswersAreTheNearestFreePoints) {
   }
 }
 
+/// A tool of a burr and a shank above it, and a block below z = 0.
+struct CutRig {
+  Body tool = bodyOf(box({-1, -1, -1}, {1, 1, 9}),
+                     test::treeOfBalls({test::ball(0, 0, 0, 0.5), test::ball(0, 0, 0.7, 0.3), test::ball(0, 0, 1.5, 0.3)}));
+  Body block = bodyOf(box({-5, -5, -5}, {5, 5, 0}), {});
+  CutPenetration cut{tool, Eigen::Vector3d::Zero(), {&block, {}}, {{Eigen::Vector3d::Zero(), 0.5}}};
+  void to(const Eigen::Vector3d& p, bool cuts) { cut.moveTo({p, kUpright}, cuts); }
+};
+
+TEST(Measures, WhatABurrLeavesIsTheBlockWithoutItsCapsules) {
+  CutRig rig;
+  rig.to({0, 0, 2}, true);
+  rig.to({0, 0, -1}, true);
+  for (int n = 1; n <= 100; ++n) rig.to({0.01 * n, 0, -1}, true);  // one line of many steps
+  const auto exact = [](const Eigen::Vector3d& p) {
+    const double down = std::hypot(p.x(), p.y(), std::max(0.0, -1 - p.z())),
+                 aside = std::hypot(p.x() - std::clamp(p.x(), 0.0, 1.0), p.y(), p.z() + 1);
+    return std::min({-p.z(), 5 + p.z(), down - 0.5, aside - 0.5});
+  };
+  Random random(2);
+  for (int n = 0; n < 2000; ++n) {
+    const Eigen::Vector3d p(random.between(-1, 2), random.between(-1, 1), random.between(-2, -0.1));
+    EXPECT_NEAR(rig.cut.depthAt(p), exact(p), 2e-3);
+  }
+}
+
+TEST(Measures, PartsThatDoNotCutAreFoundInTheMaterial) {
+  CutRig rig;
+  rig.to({0, 0, 2}, true);
+  rig.to({0, 0, -1}, true);
+  EXPECT_EQ(rig.cut.depth(), 0);  // the shank has room in the hole
+  rig.to({0.19, 0, -1}, true);
+  EXPECT_EQ(rig.cut.depth(), 0);
+  rig.to({0.3, 0, -1}, true);
+  EXPECT_NEAR(rig.cut.depth(), 0.1, 0.005);  // the shank, beside the hole of the burr's way
+  EXPECT_EQ(rig.cut.passages(), 0);
+  rig.to({1, 0, -1}, true);  // its axis as well
+  EXPECT_EQ(rig.cut.passages(), 1);
+  CutRig firm;
+  firm.to({0, 0, 2}, true);
+  firm.to({0, 0, 0.45}, false);
+  EXPECT_NEAR(firm.cut.depth(), 0.05, 0.002);  // the burr that does not spin
+  EXPECT_EQ(firm.cut.passages(), 0);
+  firm.to({0, 0, -0.2}, false);
+  EXPECT_EQ(firm.cut.passages(), 1);
+  // Through a wall within one way.
+  Body wall = bodyOf(box({-5, -5, -0.2}, {5, 5, 0}), {});
+  CutPenetration cut(firm.tool, Eigen::Vector3d::Zero(), {&wall, {}}, {{Eigen::Vector3d::Zero(), 0.5}});
+  cut.moveTo({{0, 0, 0.6}, kUpright}, true);
+  cut.moveTo({{0, 0, 20}, kUpright}, false);
+  EXPECT_EQ(cut.passages(), 0);
+  cut.moveTo({{0, 0, -20}, kUpright}, false);
+  EXPECT_EQ(cut.passages(), 1);
+}
+
 /// A ball on an exact plane: the rows of a perfect renderer.
 std::vector<RecordedStep> ballOnPlane() {
   std::vector<RecordedStep> rows;

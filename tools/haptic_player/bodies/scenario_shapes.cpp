@@ -8,6 +8,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "cavity.h"
 #include "molar.h"
 #include "mouth.h"
 #include "probe.h"
@@ -134,6 +135,12 @@ std::vector<double> tolerancesFor(const Work& work, const TriangleMesh& mesh) {
 TriangleMesh cube() { return box({-10, -10, -10}, {10, 10, 10}); }
 TriangleMesh slab() { return box({-50, -50, -10}, {50, 50, 0}); }
 
+TriangleMesh fineHandpiece() {
+  TriangleMesh mesh = samples::makeHandpiece();
+  for (Eigen::Vector3d& p : mesh.positions) p *= 0.7;
+  return mesh;
+}
+
 /// 60 degrees, 10 deep, along y, bottom at the origin.
 TriangleMesh groove() {
   const double half = 10 * std::tan(std::numbers::pi / 6);
@@ -173,6 +180,9 @@ const std::map<std::string, Recipe>& recipes() {
       {"cube_work", detailed(cube, kEdgeWork)},
       {"cylinder", {[] { return cylinder(5, -30, 30, 32); }}},
       {"peg", {[] { return capsule(5, 40, 64, 12); }, 4, 0.02}},
+      // The burr of 0.5 mm and of 0.35 mm radius at the origin, the axis along z.
+      {"handpiece", {[] { return samples::makeHandpiece(); }, 4, 0.05}},
+      {"fine_handpiece", {fineHandpiece, 4, 0.035}},
       {"dental_probe", {[] { return samples::makeProbe(); }}},
       // Objects; surfaces are at z = 0 unless noted otherwise.
       {"slab", {slab}},
@@ -213,6 +223,11 @@ const std::map<std::string, Recipe>& recipes() {
          return box({-4, -15, -35}, {0, 15, 35});
        }}},  // face at x = 0
       {"molar", {[] { return samples::makeMolar(); }}},
+      {"small_block",
+       {[] {
+          return box({-3, -4, -6}, {3, 4, 0});
+        },
+        4, 0.3}},
   };
   return all;
 }

@@ -3,12 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace spheretree::player {
 namespace {
 
 constexpr double kNear = 0.5;       // pairs up to this distance are tested at every pose [mm]
 constexpr double kRounding = 1e-9;  // more than the error of a signed distance [mm]
+constexpr double kBurrShare = 1.1;  // a leaf within this share of a ball of the burr is of the burr
+constexpr double kInLine = 1e-3;    // steps of a burr whose centres are this near to a line are one capsule [mm]
+constexpr double kAxisStep = 0.05;  // distance of tested points of an axis, and of its tested places [mm]
+constexpr double kAxis = 10;        // length of the axis that is tested [mm of the scenario]
+constexpr int kBallPoints = 400;    // by which the depth of a ball is found: 0.4 % of its radius
 
 Eigen::Vector3d place(const Configuration& pose, const Eigen::Vector3d& p) { return pose.orientation * p + pose.position; }
 Eigen::Vector3d placeBack(const Configuration& pose, const Eigen::Vector3d& p) {
@@ -106,6 +112,117 @@ void LeafPenetration::moveObject(std::size_t object, const Eigen::Vector3d& way)
   objects_[object].around.centre += way;
   objects_[object].pose.position += way;
   near_pose_.reset();
+}
+
+CutPenetration::CutPenetration(const Body& tool, const Eigen::Vector3d& reference_point, const PlacedBody& object, std::vector<Ball> burr)
+    : field_(object.body->field),
+      place_(object.pose),
+      burr_(std::move(burr)),
+      along_(tool.frame.turn * Eigen::Vector3d::UnitZ()),
+      length_(kAxis * tool.frame.scale),
+      growing_(burr_.size()) {
+  const Eigen::Vector3d origin(tool.tree.origin_mm[0], tool.tree.origin_mm[1], tool.tree.origin_mm[2]);
+  for (std::size_t n = 0; n < tool.tree.nodeCount(); ++n) {
+    if (!tool.tree.isLeaf(n)) continue;
+    const Ball leaf{centreOf(tool.tree.cover[n]) + origin - reference_point, static_cast<double>(tool.tree.cover[n].radius)};
+    const auto isWithin = [&](const Ball& b) { return (leaf.centre - b.centre).norm() + leaf.radius <= kBurrShare * b.radius; };
+    if (std::none_of(burr_.begin(), burr_.end(), isWithin)) firm_.push_back(leaf);
+  }
+}
+
+double CutPenetration::depthAt(const Eigen::Vector3d& point) const {
+  double depth = -field_.signedDistance(point);
+  for (const builder::Capsule& c : capsules_) depth = std::min(depth, (point - builder::nearestOnAxis(c, point)).norm() - c.radius);
+  return depth;
+}
+
+void CutPenetration::sweep(std::size_t ball, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  constexpr std::size_t kLongest = 256;  // steps in a capsule: bounds the cost of a burr that rests
+  Growing& last = growing_[ball];
+  bool goes_on = !last.centres.empty() && last.centres.size() < kLongest && last.centres.back() == from;
+  if (goes_on) {
+    builder::Capsule longer = capsules_[last.capsule];
+    longer.to = to;
+    for (const Eigen::Vector3d& p : last.centres) goes_on = goes_on && (p - builder::nearestOnAxis(longer, p)).norm() <= kInLine;
+    if (goes_on) capsules_[last.capsule] = longer;
+  }
+  if (!goes_on) {
+    last = {capsules_.size(), {from}};
+    capsules_.push_back({from, to, burr_[ball].radius});
+  }
+  last.centres.push_back(to);
+}
+
+bool CutPenetration::isAxisInside(const Configuration& pose) const {
+  const Eigen::Vector3d from = place(pose, burr_[0].centre), along = pose.orientation * along_;
+  for (double at = 0; at <= length_;) {
+    const double depth = depthAt(from + at * along);
+    if (depth > 0) return true;
+    at += std::max(kAxisStep, -depth);
+  }
+  return false;
+}
+
+void CutPenetration::moveTo(const Configuration& world, bool cuts) {
+  const Configuration pose{placeBack(place_, world.position), place_.orientation.conjugate() * world.orientation};
+  cuts_ = cuts;
+  if (pose_ && cuts)
+    for (std::size_t ball = 0; ball < burr_.size(); ++ball) sweep(ball, place(*pose_, burr_[ball].centre), place(pose, burr_[ball].centre));
+  if (pose_) {
+    const Displacement way = displacementBetween(*pose_, pose);
+    const double longest = way.translation.norm() + (length_ + burr_[0].centre.norm()) * way.rotation.norm();
+    const int places = 1 + static_cast<int>(longest / kAxisStep);
+    bool is_inside = false;
+    for (int k = 1; k <= places && !is_inside; ++k) {
+      const double share = double(k) / places;
+      is_inside = isAxisInside(moved(*pose_, {share * way.translation, share * way.rotation}));
+    }
+    passages_ += is_inside;
+  }
+  pose_ = pose;
+}
+
+// The deepest of points of its surface, or its centre. A ball whose centre is farther outside than its radius is free.
+double CutPenetration::depthOf(const Eigen::Vector3d& centre, double radius) const {
+  static const std::vector<Eigen::Vector3d> directions = [] {
+    std::vector<Eigen::Vector3d> out;
+    for (int i = 0; i < kBallPoints; ++i) {  // the spiral of equal areas
+      const double z = 1 - (2 * i + 1.0) / kBallPoints, around = std::numbers::pi * (3 - std::sqrt(5.0)) * i, r = std::sqrt(1 - z * z);
+      out.emplace_back(r * std::cos(around), r * std::sin(around), z);
+    }
+    return out;
+  }();
+  const double middle = depthAt(centre);
+  if (middle + radius <= 0) return 0;
+  std::vector<std::pair<double, const builder::Capsule*>> near;
+  double nearest = radius;
+  for (const builder::Capsule& c : capsules_) {
+    near.emplace_back((centre - builder::nearestOnAxis(c, centre)).norm() - c.radius, &c);
+    nearest = std::min(nearest, near.back().first);
+  }
+  std::erase_if(near, [&](const auto& c) { return c.first > nearest + 2 * radius; });
+  std::sort(near.begin(), near.end());
+  double deepest = std::max(0.0, middle);
+  for (const Eigen::Vector3d& direction : directions) {
+    const Eigen::Vector3d p = centre + radius * direction;
+    double depth = radius + std::max(0.0, middle);
+    for (const auto& [gap, c] : near) {
+      depth = std::min(depth, (p - builder::nearestOnAxis(*c, p)).norm() - c->radius);
+      if (depth <= deepest) break;
+    }
+    if (depth > deepest) deepest = std::max(deepest, std::min(depth, -field_.signedDistance(p)));
+  }
+  return deepest;
+}
+
+double CutPenetration::depth() const {
+  double deepest = 0;
+  const auto look = [&](const Ball& ball) { deepest = std::max(deepest, depthOf(place(*pose_, ball.centre), ball.radius)); };
+  if (!pose_) return 0;
+  for (const Ball& leaf : firm_) look(leaf);
+  if (!cuts_)
+    for (const Ball& ball : burr_) look(ball);
+  return deepest;
 }
 
 std::vector<Eigen::Vector3d> surfacePoints(const TriangleMesh& mesh, double spacing) {

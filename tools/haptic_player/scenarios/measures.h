@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bodies/scenario_shapes.h"
+#include "cut/swept_burr.h"
 #include "published/ball_tree.h"
 #include "run/recording.h"
 #include "spheretree/runtime/scene.h"
@@ -75,6 +76,46 @@ class MeshPenetration {
   };
   Points tool_points_;
   std::vector<Points> object_points_;
+};
+
+/// What the burr of a tool has left of a body: its mesh less the capsules that the burr has swept. And how deep the
+/// parts of the tool that do not cut are in it.
+class CutPenetration {
+ public:
+  /// `burr`: in the mesh frame of the tool, relative to the reference point; the axis of the tool begins in its first
+  /// ball. The object does not move.
+  CutPenetration(const Body& tool, const Eigen::Vector3d& reference_point, const PlacedBody& object, std::vector<Ball> burr);
+  /// The tool moves to `pose`, the first one without a way. The burr cuts on this way, or is as firm as the rest.
+  void moveTo(const Configuration& pose, bool cuts);
+  /// Of the deepest leaf that is not of the burr, and of the burr if it did not cut on the last way [mm].
+  double depth() const;
+  /// Ways on which a point of the tool's axis was in the material.
+  int passages() const { return passages_; }
+  /// Of a point from the surface of what is left, positive inside [mm]. Frame: mesh of the object. Outside, no point of
+  /// the material is nearer than its magnitude.
+  double depthAt(const Eigen::Vector3d& point) const;
+
+ private:
+  /// The last capsule of a ball, which continues as long as its steps are in a line.
+  struct Growing {
+    std::size_t capsule = 0;
+    std::vector<Eigen::Vector3d> centres;  // of its steps
+  };
+  void sweep(std::size_t ball, const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+  bool isAxisInside(const Configuration& pose) const;
+  double depthOf(const Eigen::Vector3d& centre, double radius) const;
+
+  const builder::DistanceField& field_;
+  Configuration place_;     // of the object
+  std::vector<Ball> firm_;  // leaves that are not of the burr, relative to the reference point
+  std::vector<Ball> burr_;
+  Eigen::Vector3d along_;  // axis of the tool
+  double length_;          // of the axis, from the middle of the burr
+  std::vector<builder::Capsule> capsules_;
+  std::vector<Growing> growing_;       // (ball)
+  std::optional<Configuration> pose_;  // in the frame of the object
+  bool cuts_ = false;
+  int passages_ = 0;
 };
 
 /// Points on the surface, at most `spacing` apart along triangles.

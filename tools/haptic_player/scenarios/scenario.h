@@ -26,6 +26,12 @@ struct Figure {
   std::optional<double> turned{};  // the worst value on bodies that are rotated, scaled and built with other seeds
 };
 
+/// What cuts, and what it cuts: the only object of a scenario. In mm and N of the scenario, frames of the meshes.
+struct Cutting {
+  std::vector<Ball> burr;  // of the tool, whose spindle is along z
+  runtime::CutMaterial material;
+};
+
 /// The result of a scenario in one mode.
 struct Outcome {
   std::vector<Figure> figures;  // the same quantities in both modes
@@ -35,6 +41,7 @@ struct Outcome {
   const Body* tool = nullptr;
   std::vector<PlacedBody> objects;
   Eigen::Vector3d reference_point = Eigen::Vector3d::Zero();
+  std::optional<Cutting> cutting{};
 
   void add(std::string quantity, std::string unit, double value, double pass) {
     figures.push_back({std::move(quantity), std::move(unit), pass, value});
@@ -78,6 +85,7 @@ std::vector<Scenario> builderScenarios();     // hard meshes, leaves
 std::vector<Scenario> deviceScenarios();      // moving objects, safety
 std::vector<Scenario> rubbingScenarios();     // friction, bodies that move
 std::vector<Scenario> tissueScenarios();      // soft tissue
+std::vector<Scenario> cuttingScenarios();     // a burr that cuts
 std::vector<Scenario> handScenarios();        // hands on the simulated device, in closed loop
 
 /// A number for notes, with this number of significant digits.

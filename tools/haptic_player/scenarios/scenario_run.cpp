@@ -75,6 +75,7 @@ ScenarioRun::ScenarioRun(const Body& tool, std::vector<PlacedBody> objects, Mode
     if (soft) description.objects.back().tissue = soft->model;
   }
   description.contact = surfaceOf(mode, objects_, options.contact);
+  if (options.cutting) describeCutting(description);
   std::string fault;
   if (!runtime::compileScene(description, scene_, fault)) throw std::runtime_error(fault);
   workspace_ = std::make_unique<runtime::Workspace>(scene_);
@@ -91,6 +92,49 @@ ScenarioRun::ScenarioRun(const Body& tool, std::vector<PlacedBody> objects, Mode
     if (spacing == 0) spacing = kSpacing * tool.field.diagonal();
   }
   if (spacing > 0) meshes_ = std::make_unique<MeshPenetration>(tool, reference_point, objects_, spacing);
+}
+
+// The same force and time remove a volume that is larger by the cube of the scale, with a burr larger by its square.
+void ScenarioRun::describeCutting(runtime::SceneDescription& description) {
+  const BodyFrame &frame = tool_.frame, &object_frame = objects_[0].body->frame;
+  for (Ball ball : options_.cutting->burr)
+    description.burr.push_back({frame.scale * (frame.turn * ball.centre), frame.scale * ball.radius});
+  std::vector<Ball> burr = description.burr;
+  for (Ball& ball : burr) ball.centre -= description.reference_point;
+  cut_ = std::make_unique<CutPenetration>(tool_, description.reference_point, objects_[0], std::move(burr));
+  if (mode_ != Mode::Constrained) return;
+  runtime::CutMaterial material = options_.cutting->material;
+  material.removal *= frame.scale;
+  for (runtime::CutLayer& layer : material.inner) {
+    TriangleMesh surface = *layer.surface;
+    for (Eigen::Vector3d& p : surface.positions) p = object_frame.scale * (object_frame.turn * p);
+    layer = {std::make_shared<const TriangleMesh>(std::move(surface)), layer.removal * frame.scale};
+  }
+  std::string fault;
+  runtime::SceneObject& object = description.objects[0];
+  object.cut = runtime::cutModel(object.tree, std::move(material), fault);
+  if (!object.cut) throw std::runtime_error(fault);
+  description.spindle_axis = frame.turn * Eigen::Vector3d::UnitZ();
+  description.contact = runtime::ContactSurface::Skin;
+}
+
+void ScenarioRun::setSpindle(bool turns) {
+  spins_ = turns;
+  (void)runtime::setSpindle(turns, *workspace_);
+}
+
+double ScenarioRun::removedOf(std::size_t layer) const {
+  return runtime::cutState(0, *workspace_).removed[layer] / std::pow(tool_.frame.scale, 3);
+}
+
+void ScenarioRun::lookAtCut(const Configuration& graphic) {
+  last_.spins = spins_;
+  const runtime::CutState state = runtime::cutState(0, *workspace_);
+  for (std::size_t layer = 0; layer < state.removed.size(); ++layer) last_.removed += removedOf(layer);
+  if (state.layer != runtime::CutState::kNone) last_.layer = state.layer;
+  cut_->moveTo(graphic, spins_ && mode_ == Mode::Constrained);
+  last_.penetration = tick_ % 10 == 0 ? cut_->depth() : 0;
+  leaf_penetration_ = std::max(leaf_penetration_, last_.penetration);
 }
 
 // As the player in lock step: the steps take the state for the forces of the last time, and the solver gets the current
@@ -128,7 +172,10 @@ runtime::StepResult ScenarioRun::to(const Configuration& haptic) {
   last_ =
       recordedStep(tick_++, haptic, result, times, total, renderer_ ? std::span<const runtime::Contact>() : runtime::contacts(*workspace_));
   double penetration = 0;
-  if (result.pairs > 0 || result.active > 0) {
+  if (cut_) {
+    lookAtCut(raw.graphic);
+    penetration = last_.penetration;
+  } else if (result.pairs > 0 || result.active > 0) {
     if (meshes_ && tick_ % 10 == 0) mesh_penetration_ = std::max(mesh_penetration_, meshes_->at(raw.graphic));
     penetration = renderer_ ? mesh_penetration_ : leaves_.at(raw.graphic);
     leaf_penetration_ = std::max(leaf_penetration_, penetration);
@@ -181,6 +228,7 @@ void ScenarioRun::finish(Outcome& outcome) {
   outcome.tool = &tool_;
   outcome.objects = objects_;
   outcome.reference_point = options_.reference_point;
+  outcome.cutting = options_.cutting;
 }
 
 }  // namespace spheretree::player

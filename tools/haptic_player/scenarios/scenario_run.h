@@ -36,6 +36,7 @@ class ScenarioRun {
     double friction = 0;                                              // of all objects
     bool large_motion = true;                                         // of soft tissue: by a solver in lock step
     bool moving = false;                                              // each object has a body of its own: carryObject()
+    std::optional<Cutting> cutting{};                                 // the tool rests on skins then
   };
   ScenarioRun(const Body& tool, std::vector<PlacedBody> objects, Mode mode, const Options& options);
   ScenarioRun(const Body& tool, std::vector<PlacedBody> objects, Mode mode) : ScenarioRun(tool, std::move(objects), mode, Options{}) {}
@@ -50,6 +51,13 @@ class ScenarioRun {
   void moveObject(std::size_t object, const Eigen::Vector3d& scenario_way);
   /// During the next step; needs Options::moving.
   void carryObject(std::size_t object, const Eigen::Vector3d& scenario_way);
+
+  /// The spindle of a tool that cuts. In the mode of the paper nothing is cut.
+  void setSpindle(bool turns);
+  /// Removed of a layer so far, as the runtime states it [mm^3 of the scenario].
+  double removedOf(std::size_t layer) const;
+  /// Of the tool that cuts: steps in which its axis went through material.
+  int passages() const { return cut_ ? cut_->passages() : 0; }
 
   /// What the solver of large motion does from now on: it gives no new states, or is given forces that are not finite.
   enum class Solver { Runs, Stalls, Diverges };
@@ -74,7 +82,8 @@ class ScenarioRun {
   void resetTo(const Configuration& graphic);
   /// Of the tool's leaves at this pose, in one of the objects or (-1) all.
   double leafDepth(const Configuration& pose, int object = -1) { return leaves_.at(toRuntime(pose, tool_.frame), object); }
-  /// Deepest so far; of a renderer that knows no leaves: that of the meshes, at every 10th step [mm].
+  /// Deepest so far; of a renderer that knows no leaves: that of the meshes; of a tool that cuts: of what does not cut;
+  /// both at every 10th step [mm].
   double leafPenetration() const { return leaf_penetration_; }
   double meshPenetration() const { return mesh_penetration_; }
   const TimeHistogram& times() const { return times_; }  // processor time of the thread [us]
@@ -86,6 +95,8 @@ class ScenarioRun {
   static Configuration toRuntime(const Configuration& pose, const BodyFrame& frame);
   runtime::StepResult fromRuntime(runtime::StepResult result) const;
   void moveTissue();
+  void describeCutting(runtime::SceneDescription& description);
+  void lookAtCut(const Configuration& graphic);
 
   const Body& tool_;
   std::vector<PlacedBody> objects_;       // in the runtime
@@ -104,6 +115,8 @@ class ScenarioRun {
   std::vector<MovingObject> moving_;  // tissue in large motion
   Solver solver_ = Solver::Runs;
   LeafPenetration leaves_;
+  std::unique_ptr<CutPenetration> cut_;  // instead of leaves_
+  bool spins_ = false;
   std::unique_ptr<MeshPenetration> meshes_;
   std::vector<RecordedStep> rows_;
   std::vector<float> row_penetration_;

@@ -134,7 +134,7 @@ const std::vector<Scenario>& scenarios() {
   static const std::vector<Scenario> all = [] {
     std::vector<Scenario> list = contactScenarios();
     for (const auto& more : {popThroughScenarios(), numericScenarios(), builderScenarios(), deviceScenarios(), rubbingScenarios(),
-                             tissueScenarios(), handScenarios()})
+                             tissueScenarios(), cuttingScenarios(), handScenarios()})
       list.insert(list.end(), more.begin(), more.end());
     std::stable_sort(list.begin(), list.end(), [](const Scenario& a, const Scenario& b) {
       return a.id[0] != b.id[0] ? a.id[0] < b.id[0] : std::stoi(a.id.substr(1)) < std::stoi(b.id.substr(1));

@@ -37,6 +37,11 @@ ShownRun withContacts(const Outcome& outcome, runtime::Mode mode) {
   d.tool = outcome.tool->tree;
   d.reference_point = outcome.reference_point;
   for (const PlacedBody& object : outcome.objects) d.objects.push_back({object.body->tree, object.pose});
+  if (outcome.cutting && mode == runtime::Mode::Constrained) {
+    std::string fault;
+    d.burr = outcome.cutting->burr;
+    d.objects[0].cut = runtime::cutModel(d.objects[0].tree, outcome.cutting->material, fault);
+  }
   d.step_limits = runtime::defaultLimits(d.objects.size());
   ShownRun run = shownRun(outcome.recording, compiledScene(d, "scenario"), mode, {});
   run.note.clear();
