@@ -363,6 +363,26 @@ def renderer_means(programs):
     return lines
 
 
+def cutting_renderers(programs):
+    """Cutting beside drilling in voxels: on a block, and in the sample cavity."""
+    if not (programs.folder / "cavity_trees").exists():
+        programs.run("make_samples", "--cavity", "cavity")
+        programs.run("spheretree", "batch", "cavity/cavity.scene.json", "-o", "cavity_trees", "-q")
+    rows = []
+    for words in ([], ["cavity_trees", "--trajectory", "cavity/drill.csv"]):
+        rows += json.loads(programs.run("haptic-player", *words, "--compare-cutting", "--json"))["rows"]
+    lines = ["| course, renderer | largest force | its change in a step: largest, p99, beyond the hand | removed, swept | torque | step: median / p99 | memory |",
+             "|---" * 7 + "|"]
+    for row in rows:
+        changes, swept, times = row["force_change_n"], row["swept_mm3"], row["time_us"]
+        lines.append(f"| {row['course'].replace('drill.csv', 'cavity')}, `{row['renderer']}` | {short(row['largest_force_n'])} N | "
+                     + ", ".join(short(1000 * changes[name]) for name in ("largest", "p99", "beyond_hand"))
+                     + f" mN | {row['removed_mm3']:.3g}, {(swept['low'] + swept['high']) / 2:.3g} mm³ | "
+                     + (f"{short(row['largest_torque_nmm'])} N mm" if row["largest_torque_nmm"] > 1e-6 else "none")
+                     + f" | {short(times['median'])} / {short(times['p99'])} us | {short(row['memory_bytes'] / 1e6)} MB |")
+    return lines
+
+
 def molar_felt(programs):
     """What a ball feels around the crown of a molar, on leaves and on the skin."""
     found = {(name, leaves): row for name, body, leaves, row in renderer_rows(programs) if "molar" in body and name.startswith("constrained")}
@@ -596,7 +616,7 @@ FOREIGN = {"felt_meshes", "sensitivity", "toolkit_trees", "toolkit_times", "tole
 QUICK = {"molar_build", "mouth_parts", "skin_errors"}
 TABLES = {function.__name__: function for function in (
     molar_build, mouth_parts, skin_errors, passivity, quiet_walls, mouth_budget, mouth_leaves, node_pairs, split_scans, split_margin, soft_mouth, tissue_overhang, robots, damaged_meshes,
-    sensitivity, felt_meshes, renderer_scenarios, renderer_means, molar_felt, molar_leaves, toolkit_trees, tolerance_leaves,
+    sensitivity, felt_meshes, renderer_scenarios, renderer_means, cutting_renderers, molar_felt, molar_leaves, toolkit_trees, tolerance_leaves,
     # Of times: the machine should have nothing else to do.
     readme_times, mouth_real_time, mouth_load, tissue_figures, simplified_molar, step_times, qp_times, toolkit_times, view_times)}
 

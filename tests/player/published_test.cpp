@@ -212,13 +212,13 @@ TEST(Comparison, WritesOnePageOfAllRenderers) {
   for (const Mode mode : kModes)
     for (const std::size_t leaves : {64u, 512u, 4096u})
       rows.push_back({mode, "edge", false, leaves, 1000, 3, 20, 0.01, 0.02, 0.03, 1, 2, 0.04});
-  writeComparison(folder.path() / "page.html", rows, {}, kModes);
+  writeComparison(folder.path() / "page.html", rows, {}, {}, kModes);
   const auto size = std::filesystem::file_size(folder.path() / "page.html");
   EXPECT_GT(size, 10'000u);
   for (const bool on_leaves : {false, true})
     for (const std::size_t leaves : {8u, 64u})
       rows.push_back({Mode::Constrained, "edge", on_leaves, leaves, 1000, 3, 20, 0, 0, 0, 1, 2, 0});
-  writeComparison(folder.path() / "page.html", rows, {}, kModes);
+  writeComparison(folder.path() / "page.html", rows, {}, {}, kModes);
   EXPECT_GT(std::filesystem::file_size(folder.path() / "page.html"), size + 2000);
 }
 

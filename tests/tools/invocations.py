@@ -169,8 +169,11 @@ def players():
     for words in (["--seconds", "nan"], ["--seconds", "0"], ["--seconds", "-1"], ["--seconds", "x"], ["--seconds"], ["--clock", "fast"], ["--mode", "best"],
                   ["--device", "hand"], ["--device", "replay"], ["--device", "phantom", *stepped], ["--hand", "big"], ["--share", "0.1"],
                   ["--out", "out"], ["--scenario", "F17"], ["--record", "run.txt"], ["--record"], ["--trajectory"], ["--trajectry", "run.csv"],
-                  ["again.json"], ["--hd-calibrate"], ["--", "--seconds"], ["--modes", "paper"], ["--chart", "page.html"]):
+                  ["again.json"], ["--hd-calibrate"], ["--", "--seconds"], ["--modes", "paper"], ["--chart", "page.html"],
+                  ["--cache", "trees"], ["--voxel-mm", "0.1"], ["--compare-cutting"]):
         case(USAGE, "PLAYER", "b/scene.json", *words)
+    for words in (["--voxel-mm", "0"], ["--chart", "page.txt"], ["--record", "run.csv"], ["--scenario", "F17"], ["--trajectory", "path.csv"]):
+        case(USAGE, "PLAYER", "--compare-cutting", *words)
     for words in (["--share", "nan"], ["--share", "2"], ["--record", "out.csv"], ["--scenario", "F17"], ["--modes", "best"], ["--modes", "paper,"],
                   ["--modes"], ["--chart", "page.txt"], ["--chart"]):
         case(USAGE, "PLAYER", "--scenario", "F17", *words)

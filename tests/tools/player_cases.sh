@@ -254,6 +254,19 @@ case_player_scenario() {
   says "only for paper and constrained" out
 }
 
+case_player_compare_cutting() {
+  expect 0 --compare-cutting --chart page.html
+  says "^plunge at 0.5 mm/s  *constrained " out
+  says "^side cut at 2 mm/s  *voxels " out
+  says "plunge at 2 mm/s: force on the hand" page.html
+  expect 2 --compare-cutting --seconds 1
+  says "seconds is not for --compare-cutting" err
+  write_touch "$1"
+  write_path path.csv
+  expect 4 scene.json --trajectory path.csv --compare-cutting
+  says "no burr, or no object that can be cut" err
+}
+
 # Runs with good figures that may not be the intended ones.
 case_player_notes() {
   write_touch "$1"

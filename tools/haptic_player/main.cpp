@@ -2,9 +2,11 @@
 // haptic-player: plays scenes, and runs the stability scenarios. Options: docs/haptic_player.md
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "command_reference.h"
 #include "generator.h"
@@ -38,11 +40,13 @@ struct Options {
   PlaySettings play;
   ViewOptions view;
   ScenarioOptions bench;
+  CuttingOptions cutting;
   std::string device, mode = "constrained", tissue = "large", contact = "skin", clock = "real", progress = "auto";
   std::filesystem::path measures;
   double seconds = 0;
   int clutch_button = -1, serve = -1;
-  bool measure = false, check_realtime = false, force = false, list = false, json = false, quiet = false, gimbal_torque = false;
+  bool measure = false, check_realtime = false, force = false, list = false, json = false, quiet = false, gimbal_torque = false,
+       compare_cutting = false;
 };
 
 const std::string kProgram = "haptic-player";
@@ -72,6 +76,17 @@ int runBench(const CLI::App& cli, const Options& options, WorkProgress& progress
   if (!options.device.empty() && options.device != "simulated") throw UsageError("--scenario runs on the simulated device");
   refuseUnseenOptions(cli, options);
   return runScenarioCommand(options.bench, options.play.rate, contactOf(options), options.json, options.view, progress);
+}
+
+int runCutting(const CLI::App& cli, Options& options, builder::Progress& progress) {
+  constexpr std::array<std::string_view, 9> kUsed{"SCENE",   "--trajectory", "--compare-cutting", "--voxel-mm", "--chart",
+                                                  "--cache", "--json",       "--progress",        "--quiet"};
+  for (const CLI::Option* option : cli.get_options())
+    if (option->count() > 0 && std::ranges::count(kUsed, option->get_name()) == 0)
+      throw UsageError(option->get_name() + " is not for --compare-cutting");
+  options.cutting.scene = options.play.scene, options.cutting.trajectory = options.play.trajectory;
+  options.cutting.chart = options.bench.chart, options.cutting.cache = options.bench.cache;
+  return runCuttingCommand(options.cutting, options.json, progress);
 }
 
 void printSummary(const nlohmann::ordered_json& s) {
@@ -270,6 +285,14 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
 }
 
 void addScenarioOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
+  CLI::Option* const cutting =
+      cli.add_flag("--compare-cutting", o.compare_cutting,
+                   "Compare how the burr of a scene cuts along its --trajectory with drilling in voxels, as an open simulator does it; "
+                   "without a scene: into a block. Prints a table, or --json")
+          ->excludes(scenario);
+  cli.add_option("--voxel-mm", o.cutting.voxel, "With --compare-cutting: edge of the voxels, 0.02 to 1; default 0.1")
+      ->check(numberIn(0.02, 1))
+      ->needs(cutting);
   cli.add_option("--out", o.bench.out, "With --scenario: folder for stability.json, recordings and models")->needs(scenario);
   cli.add_option("--modes", o.bench.modes,
                  "With --scenario: renderers, separated by commas, of paper, constrained and the published methods points, volume, "
@@ -277,9 +300,10 @@ void addScenarioOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
                  "paper,constrained")
       ->needs(scenario);
   cli.add_option("--chart", o.bench.chart,
-                 "With --scenario: also compare the --modes on four bodies and three sizes, and write one page (.html); default: none")
-      ->needs(scenario);
-  cli.add_option("--cache", o.bench.cache, "With --scenario: folder that keeps the trees for the next run; default: none")->needs(scenario);
+                 "With --scenario: also compare the --modes on four bodies and three sizes, and cutting, and write one page (.html); with "
+                 "--compare-cutting: the page of that; default: none");
+  cli.add_option("--cache", o.bench.cache,
+                 "With --scenario or --compare-cutting: folder that keeps the trees for the next run; default: none");
   cli.add_option("--quality", o.bench.quality, "With --scenario: quality of the trees, quick or standard; default standard")
       ->check(CLI::IsMember({"quick", "standard"}))
       ->needs(scenario);
@@ -376,6 +400,7 @@ void addOptions(CLI::App& cli, Options& o) {
       "  haptic-player scene.json --trajectory path.csv --clock stepped --record run.csv --json\n"
       "  haptic-player scene.json --device haply                         also dhd, phantom, net:HOST:PORT\n"
       "  haptic-player --scenario all --out stability\n"
+      "  haptic-player scene.json --trajectory drill.csv --compare-cutting --chart cutting.html\n"
       "  haptic-player scene.json --view                                 a window: the mouse moves the hand\n"
       "  haptic-player --view --replay run.csv --compare other.csv       two recordings side by side\n"
       "  haptic-player scene.json --picture out.png --at 2000            a picture, without a display\n"
@@ -447,6 +472,10 @@ int run(const CLI::App& cli, Options& options) {
   ProgressBar progress(options.progress, options.quiet);
   const InterruptGuard guard(progress);
   const RunFiles files(progress, kProgram, options.force);
+  if (options.compare_cutting) return runCutting(cli, options, progress);
+  if (options.bench.scenario.empty())
+    for (const char* name : {"--chart", "--cache"})
+      if (cli.count(name) > 0) throw UsageError(std::string(name) + " is for --scenario and --compare-cutting");
   return options.bench.scenario.empty() ? runPlay(cli, options, progress) : runBench(cli, options, progress);
 }
 

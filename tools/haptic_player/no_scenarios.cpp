@@ -5,12 +5,14 @@
 
 namespace spheretree::player {
 
-constexpr const char* kNotBuilt = "this haptic-player was built without the builders, which make the trees of the scenarios. Name a scene";
+constexpr const char* kNotBuilt = "this haptic-player was built without the builders, which scenarios and comparisons need. Name a scene";
 
 int listScenarios() { throw tool::UsageError(kNotBuilt); }
 
 int runScenarioCommand(const ScenarioOptions&, double, runtime::ContactSurface, bool, const ViewOptions&, tool::WorkProgress&) {
   throw tool::UsageError(kNotBuilt);
 }
+
+int runCuttingCommand(const CuttingOptions&, bool, builder::Progress&) { throw tool::UsageError(kNotBuilt); }
 
 }  // namespace spheretree::player

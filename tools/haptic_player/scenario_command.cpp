@@ -9,10 +9,16 @@
 #include <thread>
 
 #include "comparison/comparison.h"
+#include "comparison/cutting.h"
 #include "program_end.h"
+#include "run/play.h"
 #include "run_files.h"
 #include "scenarios/stability.h"
+#include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
+#include "spheretree/formats/path_name.h"
+#include "spheretree/formats/trajectory.h"
+#include "spheretree/scene/describe_scene.h"
 #include "terminal.h"
 #include "view/run_view.h"
 
@@ -30,6 +36,15 @@ auto chosen(Choose&& choose) {
   } catch (const std::invalid_argument& unknown) {
     throw UsageError(unknown.what());
   }
+}
+
+std::vector<CuttingRow> cuttingRows(const std::vector<CuttingCourse>& courses, double voxel, builder::Progress& progress) {
+  std::vector<CuttingRow> rows;
+  for (const CuttingCourse& course : courses) {
+    progress.stage("cut, " + course.name);
+    for (CuttingRow& row : compareCutting(course, voxel, progress)) rows.push_back(std::move(row));
+  }
+  return rows;
 }
 
 }  // namespace
@@ -76,11 +91,40 @@ int runScenarioCommand(const ScenarioOptions& options, double rate, runtime::Con
     printResult("%s, %d fall short in %s mode\n", counted(results.size(), "scenario").c_str(), short_of,
                 std::count(modes.begin(), modes.end(), Mode::Constrained) > 0 ? "constrained" : "some");
   if (!options.out.empty()) writeStability(options.out, results, quality);
-  if (!options.chart.empty()) writeComparison(options.chart, compareRenderers(context, modes, progress), results, modes);
+  if (!options.chart.empty())
+    writeComparison(options.chart, compareRenderers(context, modes, progress), cuttingRows(cuttingBench(bodies), kVoxelEdge, progress),
+                    results, modes);
   return short_of ? kExitTargetMissed : kExitOk;
 } catch (const builder::Cancelled&) {
   if (options.out.empty()) throw;
   return explain("haptic-player", kExitInterrupted, "interrupted. The recordings of the scenarios that were finished are kept.");
+}
+
+int runCuttingCommand(const CuttingOptions& options, bool json, builder::Progress& progress) {
+  if (options.scene.empty() != options.trajectory.empty())
+    throw UsageError("--compare-cutting takes a scene and its --trajectory, or neither: then a block is cut");
+  if (!options.chart.empty()) RunFiles().willWrite(options.chart, {".html"}, "the page");
+  std::vector<CuttingCourse> courses;
+  if (options.scene.empty()) {
+    BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Skin, progress, options.cache);
+    courses = cuttingBench(bodies);
+  } else {
+    const std::filesystem::path scene = scene::sceneFileAt(options.scene);
+    courses.push_back(
+        {formats::toUtf8(options.trajectory.filename()), describeScene(scene, progress), formats::readTrajectory(options.trajectory)});
+  }
+  std::vector<CuttingRow> rows;
+  try {
+    rows = cuttingRows(courses, options.voxel, progress);
+  } catch (const std::invalid_argument& fault) {
+    throw formats::FormatError(formats::toUtf8(options.scene) + ": " + fault.what());
+  }
+  if (json)
+    printResult("%s\n", cuttingJson(rows, options.voxel).dump(1).c_str());
+  else
+    writeResult(cuttingTable(rows));
+  if (!options.chart.empty()) writeCuttingPage(options.chart, rows, options.voxel);
+  return kExitOk;
 }
 
 }  // namespace spheretree::player

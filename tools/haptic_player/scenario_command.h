@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// haptic-player --scenario and --list.
+// haptic-player --scenario, --list and --compare-cutting.
 #pragma once
 
 #include <filesystem>
@@ -18,10 +18,17 @@ struct ScenarioOptions {
   int turned = 1, threads = 0;
 };
 
-/// Both return an exit code. `rate`: servo steps in a second [Hz].
+/// A scene in which a burr cuts, and how the hand moves; both empty: a block (comparison/cutting.h).
+struct CuttingOptions {
+  std::filesystem::path scene, trajectory, cache, chart;
+  double voxel = 0.1;  // edge [mm]
+};
+
+/// All return an exit code. `rate`: servo steps in a second [Hz].
 /// @throws tool::UsageError, also where the program was built without the builders, which make the scenarios' trees.
 int listScenarios();
 int runScenarioCommand(const ScenarioOptions& options, double rate, runtime::ContactSurface contact, bool json, const ViewOptions& view,
                        tool::WorkProgress& progress);
+int runCuttingCommand(const CuttingOptions& options, bool json, builder::Progress& progress);
 
 }  // namespace spheretree::player

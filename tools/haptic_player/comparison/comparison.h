@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "comparison/cutting.h"
 #include "scenarios/stability.h"
 
 namespace spheretree::player {
@@ -48,8 +49,11 @@ class ExactBall {
 /// bodies: an edge, a groove, a bowl, a molar. @throws builder::Cancelled
 std::vector<ComparisonRow> compareRenderers(const ScenarioContext& context, std::span<const Mode> modes, tool::WorkProgress& progress);
 
-/// Writes one page: charts of `rows`, the scenarios that each renderer passes, all figures. @throws formats::FileError
-void writeComparison(const std::filesystem::path& out, std::span<const ComparisonRow> rows, std::span<const ScenarioResult> scenarios,
-                     std::span<const Mode> modes);
+/// Writes one page: charts of `rows`, cutting, the scenarios that each renderer passes, all figures.
+/// @throws formats::FileError
+void writeComparison(const std::filesystem::path& out, std::span<const ComparisonRow> rows, std::span<const CuttingRow> cutting,
+                     std::span<const ScenarioResult> scenarios, std::span<const Mode> modes);
+/// Writes a page of cutting alone. `edge`: of the voxels [mm]. @throws formats::FileError
+void writeCuttingPage(const std::filesystem::path& out, std::span<const CuttingRow> cutting, double edge);
 
 }  // namespace spheretree::player

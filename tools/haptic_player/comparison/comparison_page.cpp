@@ -120,22 +120,37 @@ std::string verdict(std::span<const ScenarioResult> scenarios, std::span<const M
   return text + "</p>";
 }
 
+constexpr const char* kVoxels =
+    "<li><b>voxels</b>: a burr that spins empties voxels that it touches, 1 to 10 in a step by its size, whatever the force and the "
+    "material; the balls of the tool are god-objects, the force is that of the one that is held back farthest, without torque (the rule of "
+    "AMBF's volumetric_drilling, Munawar et al. 2022).</li>";
+
 constexpr const char* kMethods =
-    "<ul><li><b>points</b>: point shell of the tool against a distance field with tricubic interpolation, penalty of 10 times the "
+    "<li><b>points</b>: point shell of the tool against a distance field with tricubic interpolation, penalty of 10 times the "
     "coupling's stiffness "
     "at each point, static virtual coupling (McNeely et al. 1999; Barbi\u010d and James 2008).</li>"
     "<li><b>volume</b>: inner spheres, penalty of 300 times the coupling's stiffness for each mm\u00b3 of common volume, static virtual "
     "coupling "
     "(Weller and Zachmann 2009).</li><li><b>continuous</b>: the same points and field, time of impact and constraints (Xu and Barbi\u010d "
-    "2017).</li></ul>"
-    "<p>All have the memory of our compiled scene: of it a quarter in points and the rest in the field, or inner spheres in equal numbers. "
+    "2017).</li>";
+
+constexpr const char* kConditions =
+    "<p>All but voxels have the memory of our compiled scene: of it a quarter in points and the rest in the field, or inner spheres in "
+    "equal numbers. "
     "The hand follows "
     "the same path at 20 mm/s, 0.5 mm below where a ball of 1 mm would rest.</p>";
 
 }  // namespace
 
-void writeComparison(const std::filesystem::path& out, std::span<const ComparisonRow> rows, std::span<const ScenarioResult> scenarios,
-                     std::span<const Mode> modes) {
+void writeCuttingPage(const std::filesystem::path& out, std::span<const CuttingRow> cutting, double edge) {
+  tool::Page page("Cutting side by side", "<p>Our constrained mode and voxels of " + shortNumber(edge) + " mm follow the same hand.</p>");
+  page.addSection("cutting", "Cutting", cuttingSection(cutting));
+  page.addSection("methods", "Methods and settings", std::string("<ul>") + kVoxels + "</ul>");
+  formats::writeWhole(out, page.html({}));
+}
+
+void writeComparison(const std::filesystem::path& out, std::span<const ComparisonRow> rows, std::span<const CuttingRow> cutting,
+                     std::span<const ScenarioResult> scenarios, std::span<const Mode> modes) {
   tool::Page page("Renderers side by side", verdict(scenarios, modes));
   page.addSection("charts", "Speed against accuracy",
                   "<p>Lower left is better. Geometric means over an edge, a groove, a bowl and a molar. Small, medium and large dots: the "
@@ -153,8 +168,11 @@ void writeComparison(const std::filesystem::path& out, std::span<const Compariso
             surfaceChart(rows, "Where the force points", "angle off the exact force, 99th percentile [degree]", &ComparisonRow::angle_p99) +
             surfaceChart(rows, "Where the ball rests", "stand-off from the mesh, 99th percentile [mm]", &ComparisonRow::stand_off_p99) +
             "</div>");
+  page.addSection("cutting", "Cutting",
+                  "<p>A burr of 1 mm is led into a block at a constant feed; voxels of " + shortNumber(kVoxelEdge) + " mm.</p>" +
+                      cuttingSection(cutting));
   page.addSection("scenarios", "Stability scenarios", scenarioTable(scenarios, modes));
-  page.addSection("methods", "Methods and settings", kMethods);
+  page.addSection("methods", "Methods and settings", std::string("<ul>") + kMethods + kVoxels + "</ul>" + kConditions);
   page.addSection("figures", "All figures", rowsTable(rows));
   formats::writeWhole(out, page.html({}));
 }

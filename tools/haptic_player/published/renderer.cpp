@@ -11,6 +11,10 @@ Renderer::Renderer(const RendererScene& scene) : coupling_(scene.coupling) {
   for (const PlacedBody& object : scene.objects) poses_.push_back(object.pose);
 }
 
+Renderer::Renderer(const runtime::SceneDescription& scene) : coupling_(scene.coupling) {
+  for (const runtime::SceneObject& object : scene.objects) poses_.push_back(object.pose);
+}
+
 runtime::StepResult Renderer::step(const Configuration& haptic) {
   if (!is_started_) graphic_ = haptic;
   is_started_ = true;

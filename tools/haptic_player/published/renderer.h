@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The interface of a published renderer in the comparison: a haptic pose in, the pose of the graphic tool and the
-// wrench out. There are three: points_renderer.cpp, volume_renderer.cpp, continuous_renderer.cpp. They are implemented
-// after their papers, for comparison and in this program only; docs/renderers.md lists their settings.
+// wrench out. There are four: points_renderer.cpp, volume_renderer.cpp, continuous_renderer.cpp and, for drilling,
+// voxel_renderer.cpp. They are implemented after their papers, for comparison and in this program only;
+// docs/renderers.md lists their settings.
 // Units: mm, N, N mm, rad.
 #pragma once
 
@@ -39,12 +40,13 @@ class Renderer {
   virtual ~Renderer() = default;
   /// Computes one servo step. The first one, and the first after restart(), puts the graphic tool at the haptic pose.
   runtime::StepResult step(const Configuration& haptic);
-  void restart() { is_started_ = false; }
+  virtual void restart() { is_started_ = false; }
   /// `pose`: mesh frame of the object in the world.
   void moveObject(std::size_t object, const Configuration& pose) { poses_[object] = pose; }
 
  protected:
   explicit Renderer(const RendererScene& scene);
+  explicit Renderer(const runtime::SceneDescription& scene);
   /// Moves graphic_ towards the hand; returns the number of contacts.
   virtual std::uint32_t follow(const Configuration& haptic) = 0;
 

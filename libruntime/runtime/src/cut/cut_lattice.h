@@ -46,6 +46,7 @@ class CutStorage {
   void addOutside(std::uint32_t lattice, const BlockPlace& place);
   std::span<CutBlock> blocks() { return {blocks_.data(), count_}; }
   std::span<const CutBlock> blocks() const { return {blocks_.data(), count_}; }
+  std::size_t byteCount() const { return table_.size() * sizeof(Entry) + blocks_.size() * sizeof(CutBlock); }
 
  private:
   struct Entry {

@@ -18,6 +18,7 @@ class Cutter final : public Cutting {
 
   void mend() override;
   CutState stateOf(std::size_t object) const override;
+  std::size_t byteCount() const override { return storage_.byteCount() + walls_.size() * sizeof(Sphere); }
   Configuration resisted(const Configuration& aim, StepResult& result) override;
   void addWalls(const Configuration& pose, double margin, PairSet& set) override;
   const Sphere* walls() const override { return walls_.data(); }

@@ -22,6 +22,8 @@ class Cutting {
   /// All material is whole again.
   virtual void mend() = 0;
   virtual CutState stateOf(std::size_t object) const = 0;
+  /// Memory of the fields, allocated at once [bytes].
+  virtual std::size_t byteCount() const = 0;
 
   // In a step, in this order.
   /// Where the spring takes the tool at the beginning of a step if the material ahead of the burr resists: `aim`,
