@@ -37,11 +37,16 @@ draw_tissue() {
     "$player" soft_trees/scene.json --trajectory mouth/press.csv --clock stepped --record run.csv -q >made.txt &&
     "$player" soft_trees/scene.json --replay run.csv --picture "$images/tissue.png" --at 1500 --size 900x560 -q
 }
+draw_cavity() {
+  once cavity "$make_samples" --cavity cavity && once cavity_trees "$spheretree" batch cavity/cavity.scene.json -o cavity_trees -q &&
+    "$player" cavity_trees/scene.json --trajectory cavity/drill.csv --clock stepped --record drilled.csv -q >made.txt &&
+    "$player" --replay drilled.csv --picture "$images/cavity.png" --at 40700 --from 0.2,-1.2,2 --within 2.6 --size 900x560 --theme light -q
+}
 draw_mouth_run() { mouth && "$root/tools/animation.sh" trees/scene.json mouth/inspection.csv "$images/mouth_run.gif"; }
 draw_comparison() { samples && "$spheretree" compare molar.obj probe.obj -o comparison --qualities quick,standard -q && cp comparison/comparison.svg "$images"; }
 draw_robots() { /usr/bin/python3 "$root/benchmarks/robot_spheres.py" "$build" "$images/robots.svg" >made.txt; }
 
-[[ $# -gt 0 ]] || set -- molar probe reduce mouth view tissue mouth_run comparison robots
+[[ $# -gt 0 ]] || set -- molar probe reduce mouth view tissue cavity mouth_run comparison robots
 failed=()
 for name in "$@"; do
   echo "doc_pictures: $name"

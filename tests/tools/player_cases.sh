@@ -198,7 +198,7 @@ END
   says "Start the Haply Inverse Service" err
   expect 3 scene.json --device dhd --dhd-library /nowhere/libdhd.so
   says "/nowhere/libdhd.so" err
-  for bad in "--haply-host 127.0.0.1:1" "--dhd-library a.so" "--allow-remote" "--clutch-button 1" "--carried-weight 1" "--device dhd --haply-device 1" \
+  for bad in "--haply-host 127.0.0.1:1" "--dhd-library a.so" "--allow-remote" "--clutch-button 1" "--spindle-button 1" "--carried-weight 1" "--device dhd --haply-device 1" \
     "--device haply --trajectory hand.csv" "--device dhd --clock stepped" "--serve 0" "--rate 100" "--rate 9000" "--rate 2000 --picture a.png" \
     "--device dhd --carried-weight 9" "--device dhd --clutch-button 0"; do
     # shellcheck disable=SC2086

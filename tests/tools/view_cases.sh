@@ -49,6 +49,39 @@ case_player_picture() {
   says "line 4" err
 }
 
+# write_box FILE LOW_X LOW_Y LOW_Z HIGH_X HIGH_Y HIGH_Z
+write_box() {
+  for z in "$4" "$7"; do for y in "$3" "$6"; do for x in "$2" "$5"; do echo "v $x $y $z"; done; done; done >"$1"
+  printf 'f %s\n' "1 3 4" "1 4 2" "5 6 8" "5 8 7" "1 2 6" "1 6 5" "3 7 8" "3 8 4" "1 5 7" "1 7 3" "2 4 8" "2 8 6" >>"$1"
+}
+
+# A cavity in a block of two layers, in pictures of a run and of its recording.
+case_player_cavity() {
+  write_box block.obj -4 -4 -4 4 4 0
+  write_box core.obj -3 -3 -3 3 3 -0.5
+  write_box stick.obj -0.2 -0.2 -0.2 0.2 0.2 4
+  printf '{"schema": "spheretree.scene/1", "defaults": {"quality": "quick", "levels": 2},
+    "tool": {"name": "stick", "mesh": "stick.obj", "burr": [{"centre_mm": [0, 0, 0], "radius_mm": 0.5}]},
+    "objects": [{"name": "block", "mesh": "block.obj", "cut": {"layers": [{"name": "shell", "mesh": "block.obj"},
+    {"name": "core", "mesh": "core.obj"}], "removal_mm_per_n_s": {"shell": 5, "core": 5}}}]}' >cut.scene.json
+  "$1" batch cut.scene.json -o trees -q >out 2>err || fail "batch: $(cat err)"
+  awk 'BEGIN { print "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,spin"
+    for (n = 0; n < 800; ++n) printf "%.3f,0,0,%.4f,1,0,0,0,1\n", n / 1000, n < 500 ? 0.8 - 0.004 * n : -2.4 + 0.008 * (n - 300) }' >drill.csv
+  seen="--size 320x240 --panels off --from 1,-1,2 --within 2"
+  # shellcheck disable=SC2086
+  has_view trees/scene.json --trajectory drill.csv --picture run.png --at 700 $seen || exit 77
+  expect 0 trees/scene.json --trajectory drill.csv --clock stepped --record run.csv
+  # shellcheck disable=SC2086
+  expect 0 --replay run.csv --picture replay.png --at 700 $seen
+  cmp run.png replay.png || fail "a recording shows another cavity than its run"
+  awk -F, -v OFS=, 'NR == 1 { for (k = 1; k <= NF; ++k) if ($k == "spin") at = k } NR > 1 { $at = 0 } { print }' run.csv >rest.csv
+  # shellcheck disable=SC2086
+  expect 0 --replay rest.csv --picture rest.png --at 700 $seen
+  if cmp -s rest.png replay.png; then fail "a burr that rests leaves a cavity"; fi
+  expect 2 trees/scene.json --spindle-button 1
+  says "devices that a hand holds" err
+}
+
 case_player_no_display() {
   write_touch "$1"
   has_view scene.json --view --seconds 0.1 || exit 77

@@ -13,9 +13,11 @@
 
 #include "draw/offscreen.h"
 #include "draw/scene_drawer.h"
+#include "model/removal.h"
 #include "panel/controls.h"
 #include "panel/viewer.h"
 #include "support/scratch_folder.h"
+#include "support/shapes.h"
 #include "window/capture.h"
 #include "window/picture_maker.h"
 
@@ -252,6 +254,118 @@ TEST_F(Drawing, ContactsAreDiscsInTheColourOfTheirForce) {
   EXPECT_LT(c[2], 0.7 * c[0]);
 }
 
+/// A block of 8 mm whose top is z = 0, of a green layer with a red one from z = -1 down, and a burr of 0.5 mm.
+Stage drilledBlock() {
+  Stage stage;
+  const TriangleMesh block = test::boxMesh({-4, -4, -8}, {4, 4, 0});
+  stage.bodies.push_back(bodyOf("block", nullptr, &block, {200, 200, 200, 255}));
+  stage.objects = {{0, {}}};
+  stage.burr = {{Vector3d::Zero(), 0.5}};
+  stage.objects[0].cut =
+      std::make_shared<const CutMaterial>(CutMaterial{{{"upper",
+                                                        {40, 200, 60, 255},
+                                                        [](const Vector3d& p) {
+                                                          return -test::boxDistance({-4, -4, -8}, {4, 4, 0}, p);
+                                                        }},
+                                                       {"lower", {200, 40, 40, 255}, [](const Vector3d& p) { return -1 - p.z(); }}}});
+  return stage;
+}
+
+/// A hole down to the layer below.
+Removal drilledHole(const Stage& stage) {
+  Removal removal(stage);
+  player::RecordedStep step;
+  step.spins = true;
+  for (step.tick = 0; step.tick < 100; ++step.tick) {
+    step.graphic.position = {0, 0, 0.8 - 0.02 * static_cast<double>(step.tick)};
+    removal.add(step, {});
+  }
+  return removal;
+}
+
+TEST_F(Drawing, ACavityIsWhatTheBurrLeaves) {
+  const Stage stage = drilledBlock();
+  const Removal removal = drilledHole(stage);
+  const Vector3d from(0, 0, 0.8), to(0, 0, -1.18);
+  const auto isMaterial = [&](const Vector3d& p) {
+    const Vector3d on_way(0, 0, std::clamp(p.z(), to.z(), from.z()));
+    return test::boxDistance({-4, -4, -8}, {4, 4, 0}, p) < 0 && (p - on_way).norm() > 0.5;
+  };
+  for (const Vector3d& direction : {Vector3d(0.1, -0.2, 1), Vector3d(0.8, 0.3, 1)}) {
+    Camera camera;
+    camera.lookFrom(direction);
+    camera.frame(Vector3d(0, 0, -0.4), 1, kViewport);
+    ShownState state;
+    state.removal = &removal;
+    const Drawn drawn = draw(stage, camera, {}, state);
+    const auto [near, far] = camera.depthRange(stage.centre(), stage.radius() + 1);
+    const auto expected = [&](double x, double y) {
+      const Ray ray = camera.rayThrough({x, y}, kViewport);
+      double along = (camera.eye() - Vector3d(0, 0, -0.4)).norm() - 3;
+      while (!isMaterial(ray.origin + along * ray.direction) && along < 1e3) along += 0.005;
+      return along * -ray.direction.dot(camera.towardsEye());
+    };
+    int wrong = 0, red = 0, deep = 0;
+    for (int y = 1; y < kSize; y += 3)
+      for (int x = 1; x < kSize; x += 3) {
+        // The outline of the hole is exact to a pixel, of 0.01 mm, and its wall ends less than one above the surface.
+        double least = 1e9, most = 0;
+        for (const auto& [dx, dy] :
+             {std::pair(0.5, 0.5), std::pair(-1.5, 0.5), std::pair(2.5, 0.5), std::pair(0.5, -1.5), std::pair(0.5, 2.5)}) {
+          const double depth = expected(x + dx, y + dy);
+          least = std::min(least, depth);
+          most = std::max(most, depth);
+        }
+        const double depth = eyeDepth(drawn.depth[static_cast<std::size_t>(y * kSize + x)], near, far);
+        const bool is_wrong = depth < least - 0.02 || depth > most + 0.02;
+        EXPECT_FALSE(is_wrong) << x << " " << y << ": " << depth << ", not " << least << " to " << most;
+        const auto colour = drawn.at(x, y);
+        red += colour[0] > 2 * colour[1];
+        deep += colour[1] > 2 * colour[0];
+      }
+    EXPECT_EQ(wrong, 0);
+    EXPECT_GT(red, 20);
+    EXPECT_GT(deep, 20);
+  }
+}
+
+TEST_F(Drawing, NothingRemovedIsDrawnAsWithoutABurr) {
+  Stage stage = drilledBlock();
+  const Removal none(stage);
+  Camera camera;
+  camera.frame(Vector3d::Zero(), 8, kViewport);
+  ShownState state;
+  state.removal = &none;
+  const Drawn whole = draw(stage, camera, {}, state);
+  stage.objects[0].cut.reset();
+  EXPECT_EQ(encodePng(draw(stage, camera, {}, {}).picture), encodePng(whole.picture));
+}
+
+TEST_F(Drawing, OneDrawerShowsEveryMomentOfARun) {
+  // As a new one does: what an earlier picture uploaded leaves nothing behind.
+  const Stage stage = drilledBlock();
+  Camera camera;
+  camera.lookFrom(Vector3d(0.8, 0.3, 1));
+  camera.frame(Vector3d::Zero(), 2, kViewport);
+  const Canvas canvas(context_->gl(), kSize, kSize);
+  SceneDrawer drawer(context_->gl(), stage);
+  Removal longer = drilledHole(stage);
+  player::RecordedStep step;
+  step.spins = true;
+  for (const double x : {0.0, 1.5}) {
+    step.graphic.position = {x, 0.5, -0.5};
+    longer.add(step, {});
+  }
+  const Removal none(stage), hole = drilledHole(stage);
+  for (const Removal* removal : std::initializer_list<const Removal*>{&none, &longer, &hole, &longer, &none}) {
+    ShownState state;
+    state.removal = removal;
+    drawer.draw(camera, {}, state, kViewport, kSize, 1);
+    EXPECT_EQ(encodePng(readPixels(context_->gl(), canvas)), encodePng(draw(stage, camera, {}, state).picture));
+    context_->gl().BindFramebuffer(GL_FRAMEBUFFER, canvas.id());
+  }
+}
+
 /// A frame with all panels, moved by pointer and keys.
 class WholeFrame : public Drawing {
  protected:
@@ -315,6 +429,14 @@ TEST_F(WholeFrame, ADragMovesTheHandByTheMillimetresAskedFor) {
   pointer(200, 200, 1);
   pointer(230, 200, 1);
   EXPECT_NEAR(rotationVector(hand_.pose().orientation * before.conjugate()).norm(), 30 * HandInput::kTurnOfPixel, 1e-6);
+}
+
+TEST_F(WholeFrame, AKeyAsksForTheBurrWhereThereIsOne) {
+  stroke(keyOf('B'));
+  EXPECT_FALSE(state_.wants_spindle);
+  state_.can_spin = true;
+  stroke(keyOf('B'));
+  EXPECT_TRUE(state_.wants_spindle);
 }
 
 TEST_F(WholeFrame, ThePanelKeepsThePointerToItself) {

@@ -138,6 +138,35 @@ def check_keyboard(folder):
     check(rows == 6000, f"{rows} rows of 6 s")
 
 
+def box(low, high):
+    corners = [(x, y, z) for z in (low[2], high[2]) for y in (low[1], high[1]) for x in (low[0], high[0])]
+    faces = "134 142 568 587 126 165 378 384 157 173 248 286"
+    return "".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "".join(f"f {a} {b} {c}\n" for a, b, c in faces.split())
+
+
+def check_burr(folder):
+    """A key starts and stops the burr, which rests at first."""
+    (folder / "block.obj").write_text(box((-4, -4, -4), (4, 4, 0)))
+    (folder / "stick.obj").write_text(box((-0.2, -0.2, -0.2), (0.2, 0.2, 4)))
+    (folder / "cut.scene.json").write_text(json.dumps({
+        "schema": "spheretree.scene/1", "defaults": {"quality": "quick", "levels": 2},
+        "tool": {"name": "stick", "mesh": "stick.obj", "burr": [{"centre_mm": [0, 0, 0], "radius_mm": 0.5}]},
+        "objects": [{"name": "block", "mesh": "block.obj",
+                     "cut": {"layers": [{"name": "block", "mesh": "block.obj"}], "removal_mm_per_n_s": {"block": 5}}}]}))
+    subprocess.run([SPHERETREE, "batch", "cut.scene.json", "-o", "cut", "-q"], cwd=folder, check=True)
+    (folder / "cut" / "start.csv").write_text((folder / "start.csv").read_text())
+    player = open_player(folder / "cut", "--hand-from", "keyboard", "--record", "burr.csv")
+    for _ in range(2):
+        xdo("key", "b")
+        time.sleep(1)
+    xdo("key", "ctrl+q")
+    _, err = player.communicate(timeout=30)
+    check(player.returncode == 0, f"a run with a burr fails: {err}")
+    spins = column(folder / "cut" / "burr.csv", "spin")
+    changes = [n for n in range(1, len(spins)) if spins[n] != spins[n - 1]]
+    check(spins[0] == 0 and spins[-1] == 0 and len(changes) == 2, f"the key turned the burr at the steps {changes}")
+
+
 def check_course(folder):
     """Pause, single steps, slow motion, reset, screenshot and film of a live run, by keys."""
     def run_of(action, text):
@@ -204,6 +233,7 @@ def main():
             check_drag_and_close(folder)
             check_press(folder)
             check_keyboard(folder)
+            check_burr(folder)
             check_course(folder)
             check_killed(folder, 3)
     finally:

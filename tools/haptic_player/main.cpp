@@ -44,7 +44,7 @@ struct Options {
   std::string device, mode = "constrained", tissue = "large", contact = "skin", clock = "real", progress = "auto";
   std::filesystem::path measures;
   double seconds = 0;
-  int clutch_button = -1, serve = -1;
+  int clutch_button = -1, spindle_button = -1, serve = -1;
   bool measure = false, check_realtime = false, force = false, list = false, json = false, quiet = false, gimbal_torque = false,
        compare_cutting = false;
 };
@@ -152,6 +152,7 @@ void refuseRunOptions(const CLI::App& cli) {
                            "--serve",
                            "--measure",
                            "--clutch-button",
+                           "--spindle-button",
                            "--carried-weight",
                            "--hd-library",
                            "--hd-device",
@@ -173,7 +174,7 @@ void refuseStrayOptions(const CLI::App& cli, const std::string& device) {
   if (device != "haply" && !device.starts_with("net:") && cli.count("--serve") == 0 && cli.count("--allow-remote") > 0)
     throw UsageError("--allow-remote is for --device haply, --device net:HOST:PORT and --serve");
   if (!device::isDeviceName(device))
-    for (const char* name : {"--clutch-button", "--carried-weight"})
+    for (const char* name : {"--clutch-button", "--spindle-button", "--carried-weight"})
       if (cli.count(name) > 0)
         throw UsageError(std::string(name) + " is for devices that a hand holds: haply, dhd, phantom, net:HOST:PORT");
   if (device != "simulated" && cli.count("--hand") > 0) throw UsageError("--hand is for --device simulated");
@@ -240,6 +241,7 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
     throw UsageError("--trajectory is not for --device " + device + ": the hand moves the handle");
   if (is_real && options.clock == "stepped") throw UsageError("--clock stepped is not for --device " + device + ": a hand does not wait");
   if (options.clutch_button >= 0) play_settings.clutch_buttons = 1u << options.clutch_button;
+  if (options.spindle_button >= 0) play_settings.spindle_buttons = 1u << options.spindle_button;
   if (options.serve >= 0) refuseSceneOptions(cli, "--serve");
   if (options.measure) {
     refuseSceneOptions(cli, "--measure");
@@ -382,6 +384,10 @@ void addDeviceOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
   cli.add_option("--clutch-button", o.clutch_button,
                  "Number of a button, 1 to 31: while it is held there is no force and the tool stands still, then it goes on from there; "
                  "default: none")
+      ->check(CLI::Range(1, 31))
+      ->excludes(scenario);
+  cli.add_option("--spindle-button", o.spindle_button,
+                 "Number of a button or pedal, 1 to 31: the burr of the scene spins while it is held; default: it always spins")
       ->check(CLI::Range(1, 31))
       ->excludes(scenario);
   cli.add_option("--carried-weight", o.play.carried_weight, "Weight of the handle that the motors carry, 0 to 5 N; default 0")

@@ -286,6 +286,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   options.wait = !real;
   options.cuts = formats::canCut(file) && settings.mode == runtime::Mode::Constrained;
   if (options.cuts && !settings.trajectory.empty()) options.spins = formats::readTrajectory(settings.trajectory).spins;
+  options.spindle_buttons = settings.spindle_buttons;
   options.real_time_thread = real && settings.device_name != "phantom";  // the vendor's thread has a priority of its own
   std::optional<TissueMotion> tissue;
   if (has_tissue) tissue.emplace(scene, real ? TissueMotion::Clock::Real : TissueMotion::Clock::Stepped);

@@ -36,8 +36,9 @@ struct PlaySettings {
   std::filesystem::path record;   // empty: no recording
   std::string hand = "fine";      // of the simulated device
   device::OpenSettings open;
-  std::uint32_t clutch_buttons = 0;  // real: device::SafetySettings::clutch_buttons
-  double carried_weight = 0;         // real: of the handle, which the motors carry [N]
+  std::uint32_t clutch_buttons = 0;   // real: device::SafetySettings::clutch_buttons
+  std::uint32_t spindle_buttons = 0;  // real: ServoLoop::Options::spindle_buttons
+  double carried_weight = 0;          // real: of the handle, which the motors carry [N]
   runtime::ContactSurface contact = runtime::ContactSurface::Skin;
   bool large_motion = true;        // of soft tissue, in constrained mode; false: only the compliance of its shape at rest
   bool passivity_control = false;  // also enabled if the scene says so; never with a replay, since nobody feels its wrench

@@ -41,7 +41,7 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
     tuner_->tune(live_->settings);
     changeMode();
   }
-  if (options_.cuts) turnSpindle(static_cast<double>(ticks_) * scene_.compiled().step_time);
+  if (options_.cuts) turnSpindle(static_cast<double>(ticks_) * scene_.compiled().step_time, state.buttons);
   const runtime::StepResult result = runtime::step(scene_, tool, mode(), workspace_, &times);
   const double total_us = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
   RecordedStep row = recordedStep(ticks_, tool, result, times, total_us, runtime::contacts(workspace_));
@@ -73,10 +73,13 @@ void ServoLoop::changeMode() noexcept {
   mode_.store(live_->settings.other_mode.load(std::memory_order_relaxed) ? other : options_.mode, std::memory_order_relaxed);
 }
 
-void ServoLoop::turnSpindle(double time) noexcept {
+void ServoLoop::turnSpindle(double time, std::uint32_t buttons) noexcept {
   const std::size_t at = static_cast<std::size_t>(std::lround(1000 * time));
-  const bool turns = options_.spins.empty() || options_.spins[std::min(at, options_.spins.size() - 1)];
-  (void)runtime::setSpindle(turns, workspace_);
+  bool turns = options_.spins.empty() || options_.spins[std::min(at, options_.spins.size() - 1)];
+  if (options_.spindle_buttons) turns = buttons & options_.spindle_buttons;
+  const view::SpindleWish wish = live_ ? live_->spindle.load(std::memory_order_relaxed) : view::SpindleWish::None;
+  if (wish != view::SpindleWish::None) turns = wish == view::SpindleWish::On;
+  (void)runtime::setSpindle(turns && mode() == runtime::Mode::Constrained, workspace_);  // the method of the paper cuts nothing
 }
 
 // Layers are counted through all objects, as the recording names them.

@@ -28,6 +28,7 @@ class ServoLoop final : public device::Renderer {
     TissueMotion* tissue = nullptr;          // large deformation of soft tissue; must outlive the loop
     bool cuts = false;                       // the scene has a burr and something to cut
     std::vector<bool> spins;                 // (ms) whether the spindle turns; after the end, as at the end; empty: it always turns
+    std::uint32_t spindle_buttons = 0;       // if not 0, it turns while one of these buttons of the device is held
     const BodyPaths* bodies = nullptr;       // poses of bodies at each tick; must outlive the loop
     std::optional<device::ToolMount> mount;  // absent: the device reports the pose of the tool in the world
     runtime::Scene* tuned = nullptr;         // the scene of the loop, if its `live` streams may change its settings
@@ -62,7 +63,7 @@ class ServoLoop final : public device::Renderer {
   /// Takes the mode that the view asks for, once that cannot be felt.
   void changeMode() noexcept;
   void publish(const RecordedStep& row) noexcept;
-  void turnSpindle(double time) noexcept;
+  void turnSpindle(double time, std::uint32_t buttons) noexcept;
   void addCut(RecordedStep& row) const noexcept;
   /// Moves the hinges towards the angles set in the view, at the speed of a jaw; otherwise along the path of the scene.
   void steerHinges(const HingeAngles& path) noexcept;

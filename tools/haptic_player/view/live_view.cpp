@@ -31,8 +31,13 @@ void RunShown::setScene(const runtime::SceneDescription& scene, const std::files
     const double middle = (body.lowest + body.highest) / 2, half = std::max(kMinRange, body.highest - body.lowest) / 2;
     state.hinges.push_back({body.name, "%.1f deg", std::min(body.lowest, middle - half), std::max(body.highest, middle + half)});
   }
+  removal_.emplace(stage_);
+  for (const view::PlacedObject& object : stage_.objects)
+    if (object.cut)
+      for (const auto& layer : object.cut->layers) layers_.push_back(layer.name);
   view::Pane pane;
   pane.stage = &stage_;
+  pane.removal = removal_->empty() ? nullptr : &*removal_;
   pane.notes = std::move(notes);
   state.panes = {std::move(pane)};
   state.limits = {scene.wrench_limits.force, std::nullopt, std::nullopt, std::nullopt, 1000.0};
@@ -40,14 +45,17 @@ void RunShown::setScene(const runtime::SceneDescription& scene, const std::files
 
 void RunShown::update(TissueMotion* tissue) {
   view::Pane& shown = pane();
-  if (!state.frozen) {
-    streams.steps.drain([&](const RecordedStep& step) {
-      history_.add(view::sampleOf(step));
-      rumble.add(step.wrench.force, 1e-3);
-      faults_so_far_ |= step.faults;
-    });
-    shown.samples = history_.samples();
-  }
+  if (state.frozen && frozen_.empty()) frozen_.assign(shown.samples.begin(), shown.samples.end());
+  if (!state.frozen) frozen_.clear();
+  streams.steps.drain([&](const RecordedStep& step) {
+    history_.add(view::sampleOf(step));
+    rumble.add(step.wrench.force, 1e-3);
+    faults_so_far_ |= step.faults;
+    if (removal_->empty()) return;
+    if (step.tick == 0) removal_.emplace(stage_);  // the run began again
+    removal_->add(step, bodies_.posesAt(step.time, step.hinges));
+  });
+  shown.samples = state.frozen ? std::span<const view::PlotSample>(frozen_) : history_.samples();
   shown.has_state = streams.state.refresh() || shown.has_state;
   shown.state = streams.state.front();
   shown.carriers = bodies_.posesAt(shown.state.step.time, shown.state.step.hinges);
@@ -74,6 +82,10 @@ void RunShown::update(TissueMotion* tissue) {
     times_due_ = tick + 250;
   }
   shown.figures = figuresOf(shown.state.step, times_);
+  if (shown.removal) {
+    const std::vector<view::FigureLine> figures = cutFigures(shown.state.step, layers_);
+    shown.figures.insert(shown.figures.begin(), figures.begin(), figures.end());
+  }
   shown.lamps = faultLamps(shown.state.step.faults, faults_so_far_);
 }
 
@@ -119,6 +131,7 @@ void LiveView::onScene(const runtime::SceneDescription& scene) {
   state.panels = options_.panels;
   state.follow = options_.follow;
   state.can_record = state.can_capture = state.course.is_live = true;
+  state.can_spin = shown_.pane().removal && settings_.mode == runtime::Mode::Constrained;
   addSettings(scene);
   state.hand_source = options_.hand;
   viewer_ = std::make_unique<view::Viewer>(window_.gl(), window_.interface(), state);
@@ -174,6 +187,7 @@ device::IntendedPath LiveView::handPath(device::IntendedPath path) {
   }
   hand_.resetTo(start_);
   if (options_.hand == view::HandSource::File) return path;
+  shown_.streams.spindle = view::SpindleWish::Off;  // until the user starts it
   shown_.state.hand = &hand_;
   return drivenPath(shown_.streams, start_);
 }
@@ -194,6 +208,19 @@ void LiveView::steer(double seconds) {
   if (shown_.pane().has_state && ahead.norm() > kFarthest)
     hand_.resetTo({shown_.pane().state.step.haptic.position + ahead.normalized() * kFarthest, hand_.pose().orientation});
   shown_.streams.hand.publish({hand_.pose(), true});
+}
+
+void LiveView::turnSpindle() {
+  bool asks = std::exchange(shown_.state.wants_spindle, false);
+  if (options_.hand == view::HandSource::Gamepad) {
+    const auto pad = window_.gamepad();
+    const bool is_held = pad && pad->button;
+    asks = asks || (is_held && !pad_button_);
+    pad_button_ = is_held;
+  }
+  if (space_mouse_ && space_mouse_->takePress()) asks = true;
+  if (asks && shown_.state.can_spin)
+    shown_.streams.spindle = shown_.pane().state.step.spins ? view::SpindleWish::Off : view::SpindleWish::On;
 }
 
 void LiveView::showStatus(const device::DeviceStatus& status) {
@@ -302,6 +329,7 @@ bool LiveView::onTurn(device::Device& device, ServoLoop& loop) {
   if (rumble_) rumble_->set(state.course.is_paused || state.frozen ? view::RumbleStrength() : shown_.rumble.strength());
   setCourse(device, loop);
   steer(seconds);
+  turnSpindle();
   if (std::exchange(state.wants_record, false)) toggleRecording(loop);
   return true;
 }

@@ -9,6 +9,7 @@
 #include "hand/hand_filter.h"
 #include "hand/rumble.h"
 #include "hand/space_mouse.h"
+#include "model/removal.h"
 #include "panel/viewer.h"
 #include "run/body_paths.h"
 #include "run/play.h"
@@ -40,6 +41,9 @@ class RunShown {
   view::Stage stage_;
   BodyPaths bodies_;
   view::History history_;
+  std::vector<view::PlotSample> frozen_;  // what plots show while they are frozen
+  std::optional<view::Removal> removal_;  // by the burr; empty before setScene()
+  std::vector<std::string> layers_;       // that RecordedStep::layer counts
   std::uint32_t faults_so_far_ = 0;
   view::StepTimes times_;
   std::size_t times_due_ = 0;
@@ -77,6 +81,8 @@ class LiveView final : public PlayObserver {
 
  private:
   void steer(double seconds);
+  /// Starts and stops the burr on request: a key, a button of the panel, the gamepad or the 3D mouse.
+  void turnSpindle();
   void showStatus(const device::DeviceStatus& status);
   void toggleRecording(ServoLoop& loop);
   void addSettings(const runtime::SceneDescription& scene);
@@ -104,7 +110,7 @@ class LiveView final : public PlayObserver {
   TimeHistogram frames_;
   Clock::time_point loaded_;
   double first_frame_ = 0;  // [s]
-  bool has_camera_ = false, stop_asked_ = false;
+  bool has_camera_ = false, stop_asked_ = false, pad_button_ = false;
 };
 
 /// The path of a hand that follows an input: the newest target of `streams`, smoothed by a HandFilter; `start` until

@@ -30,7 +30,8 @@ class RunReader {
         hinges_(table_.find("hinges_deg")),
         tissue_(table_.find("tissue_states")),
         spin_(table_.find("spin")),
-        removed_(table_.find("removed_mm3")) {
+        removed_(table_.find("removed_mm3")),
+        layer_(table_.find("layer")) {
     for (std::size_t c = 0; c < kColumns.size(); ++c) at_[c] = table_.require(kColumns[c], "give a recording of haptic-player --record");
   }
 
@@ -56,6 +57,14 @@ class RunReader {
     return out;
   }
 
+  std::uint32_t layerOf(const std::string& name) {
+    if (name.empty()) return kUntouched;
+    std::vector<std::string>& names = out_.identity.layers;
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end()) return names.push_back(name), static_cast<std::uint32_t>(names.size() - 1);
+    return static_cast<std::uint32_t>(found - names.begin());
+  }
+
   void readRow() {
     RecordedStep step;
     step.tick = table_.count(at_[0], UINT64_MAX);
@@ -76,6 +85,7 @@ class RunReader {
     if (tissue_) step.tissue_states = static_cast<std::uint32_t>(table_.count(*tissue_, 0xffffffffu));
     if (spin_) step.spins = table_.count(*spin_, 1) == 1;
     if (removed_) step.removed = table_.number(*removed_);
+    if (layer_) step.layer = layerOf(formats::decodedField(table_.field(*layer_)));
     if (penetration_) step.penetration = table_.number(*penetration_);
     if (!out_.steps.empty() && step.time < out_.steps.back().time) table_.failField(at_[1], "the time decreases");
     if (out_.steps.empty()) {
@@ -86,7 +96,7 @@ class RunReader {
   }
 
   formats::CsvTable table_;
-  std::optional<std::size_t> penetration_, scene_, settings_, hinges_, tissue_, spin_, removed_;
+  std::optional<std::size_t> penetration_, scene_, settings_, hinges_, tissue_, spin_, removed_, layer_;
   std::array<std::size_t, kColumns.size()> at_{};
   RecordedRun out_;
 };

@@ -23,7 +23,8 @@ struct RecordedRun {
 };
 
 /// Finds columns by their names in the first line, in any order. Unknown columns are ignored; penetration_mm, scene,
-/// settings, hinges_deg, tissue_states, spin and removed_mm3 are optional.
+/// settings, hinges_deg, tissue_states, spin, removed_mm3 and layer are optional; RecordedStep::layer then counts the
+/// names in the order in which they come.
 /// @throws formats::FileError, formats::FormatError with line and column
 RecordedRun readRun(const std::filesystem::path& path);
 

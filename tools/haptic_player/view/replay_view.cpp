@@ -37,6 +37,7 @@ ReplayedRun replayedRun(const std::filesystem::path& recording, const std::files
   out.bodies = readBodyPaths(path);
   std::optional<TissueMotion> tissue;
   if (run.identity.settings.find("tissue=large") != std::string::npos) tissue.emplace(compiled, TissueMotion::Clock::Replay);
+  out.layers = run.identity.layers;
   out.run = shownRun(std::move(run.steps), compiled, mode, out.bodies, tissue ? &*tissue : nullptr);
   if (!out.run.note.empty()) out.notes.push_back(out.run.note);
   return out;
@@ -58,7 +59,11 @@ Replay::Replay(std::vector<ReplayedRun> runs) : playback(longest(runs)), runs_(s
       so_far.push_back(faults |= step.faults);
     }
   }
-  for (std::size_t k = 0; k < runs_.size(); ++k) state.panes[k].samples = samples_[k];
+  for (std::size_t k = 0; k < runs_.size(); ++k) {
+    state.panes[k].samples = samples_[k];
+    const auto carriers = [this, k](const RecordedStep& step) { return runs_[k].bodies.posesAt(step.time, step.hinges); };
+    removals_.emplace_back(*runs_[k].stage, runs_[k].run.steps, carriers);
+  }
   state.title = runs_.size() == 1 ? runs_[0].title : "two runs";
   state.limits = {stage().force_limit, std::nullopt, std::nullopt, std::nullopt, 1000.0};
   state.playback = &playback;
@@ -76,6 +81,11 @@ void Replay::update() {
     const std::span<const view::PlotSample> samples(samples_[k]);
     pane.figures = figuresOf(run.steps[step], view::stepTimes(view::lastOf(samples.first(step + 1), 2)));
     pane.figures.insert(pane.figures.end(), runs_[k].results.begin(), runs_[k].results.end());
+    pane.removal = removals_[k].at(step);
+    if (pane.removal) {
+      const std::vector<view::FigureLine> figures = cutFigures(run.steps[step], runs_[k].layers);
+      pane.figures.insert(pane.figures.begin(), figures.begin(), figures.end());
+    }
     pane.lamps = faultLamps(run.steps[step].faults, faults_[k][step]);
   }
 }

@@ -10,6 +10,7 @@
 
 #include "model/stage.h"
 #include "panel/viewer_state.h"
+#include "replay/removal_replay.h"
 #include "view/pictures.h"
 #include "view/recorded_run.h"
 
@@ -20,6 +21,7 @@ struct ReplayedRun {
   std::string title;
   std::unique_ptr<view::Stage> stage;
   ShownRun run;
+  std::vector<std::string> layers;  // that RecordedStep::layer counts
   BodyPaths bodies;
   bool skin_contact = true;               // contact was computed with skins
   std::vector<view::FigureLine> results;  // figures of the whole run
@@ -45,6 +47,7 @@ class Replay {
   std::vector<ReplayedRun> runs_;
   std::vector<std::vector<view::PlotSample>> samples_;  // (runs)
   std::vector<std::vector<std::uint32_t>> faults_;      // (runs, steps) accumulated so far
+  std::vector<view::RemovalReplay> removals_;           // (runs)
 };
 
 /// Runs until the window is closed or Ctrl-C.

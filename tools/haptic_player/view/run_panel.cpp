@@ -71,6 +71,12 @@ std::vector<view::FigureLine> figuresOf(const RecordedStep& step, const view::St
           {"pairs, rows, active", grouped(step.pairs) + ", " + grouped(step.rows) + ", " + grouped(step.active)}};
 }
 
+std::vector<view::FigureLine> cutFigures(const RecordedStep& step, std::span<const std::string> layers) {
+  return {{"burr", step.spins ? "spins" : "rests"},
+          {"cuts", step.layer < layers.size() ? layers[step.layer] : "nothing"},
+          {"removed", text("%.2f mm3", step.removed)}};
+}
+
 std::vector<view::Lamp> faultLamps(std::uint32_t now, std::uint32_t so_far) { return lampsOf(kFaults, now, so_far); }
 std::vector<view::Lamp> safetyLamps(std::uint32_t now, std::uint32_t so_far) { return lampsOf(kSafety, now, so_far); }
 

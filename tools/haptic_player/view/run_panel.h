@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,9 @@ namespace spheretree::player {
 
 /// The figures of one step and of the last seconds in the plots. A live run adds lines of its own.
 std::vector<view::FigureLine> figuresOf(const RecordedStep& step, const view::StepTimes& times);
+
+/// What the burr does. `layers`: the names that RecordedStep::layer counts.
+std::vector<view::FigureLine> cutFigures(const RecordedStep& step, std::span<const std::string> layers);
 
 /// A lamp for each bit of runtime::StepFault.
 std::vector<view::Lamp> faultLamps(std::uint32_t now, std::uint32_t so_far);

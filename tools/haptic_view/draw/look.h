@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "model/removal.h"
 #include "model/stage.h"
 #include "streams/live_streams.h"
 
@@ -54,9 +55,8 @@ struct ShownState {
   std::span<const ShownContact> contacts;
   std::span<const std::vector<Eigen::Vector3f>> tissue;  // (object) displacements of the nodes of soft tissue; may be empty [mm]
   std::span<const Configuration> carriers;               // poses of the bodies; missing entries are the identity
-  Configuration poseOf(const PlacedObject& object) const {
-    return object.carrier == 0 || object.carrier > carriers.size() ? object.pose : composed(carriers[object.carrier - 1], object.pose);
-  }
+  const Removal* removal = nullptr;                      // by the burr; null: none
+  Configuration poseOf(const PlacedObject& object) const { return view::poseOf(object, carriers); }
 };
 
 }  // namespace spheretree::view

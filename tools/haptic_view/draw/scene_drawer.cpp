@@ -67,6 +67,13 @@ struct SceneDrawer::Programs {
         sky_bottom(sky.uniform("bottom")) {}
 };
 
+struct SceneDrawer::CutPrograms {
+  ShaderProgram surface, wall;
+  SolidUniforms surface_at, wall_at;
+  explicit CutPrograms(const Gl& gl)
+      : surface(gl, kCutSurfaceVertex, kCutSurfaceFragment), wall(gl, kWallVertex, kWallFragment), surface_at(surface), wall_at(wall) {}
+};
+
 struct SceneDrawer::Triangles {
   VertexArray array;
   GlBuffer corners, indices;
@@ -143,6 +150,10 @@ std::optional<ForceArrow> forceArrow(const ShownState& state, const Camera& came
 SceneDrawer::SceneDrawer(const Gl& gl, const Stage& stage)
     : gl_(gl), stage_(stage), programs_(std::make_unique<Programs>(gl)), empty_(gl), shape_array_(gl), shape_buffer_(gl) {
   for (const Body& body : stage.bodies) bodies_.push_back(std::make_unique<BodyBuffers>(gl, body));
+  for (const PlacedObject& object : stage.objects) {
+    if (object.cut && !cut_programs_) cut_programs_ = std::make_unique<CutPrograms>(gl);
+    cut_.push_back(object.cut ? std::make_unique<CutDrawer>(gl) : nullptr);
+  }
   shape_array_.bind();
   shape_buffer_.bind(GL_ARRAY_BUFFER);
   for (const GLuint k : {0u, 1u}) {
@@ -194,15 +205,19 @@ void SceneDrawer::drawBalls(const Pass& pass, std::size_t body, std::size_t leve
   gl_.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, balls.count);
 }
 
-/// `own_colours`: balls keep the hues of their families; otherwise all have `colour`.
-void SceneDrawer::drawBody(const Pass& pass, std::size_t body, const Configuration& pose, Geometry geometry, Colour colour,
-                           bool own_colours) {
+const SceneDrawer::Triangles* SceneDrawer::shownSurface(const Pass& pass, std::size_t body, Geometry geometry) const {
   const BodyBuffers& buffers = *bodies_[body];
   if (buffers.levels.empty()) geometry = Geometry::Meshes;
   const bool is_tool = stage_.tool && body == *stage_.tool;  // its contact surface is always its leaves
-  if (geometry == Geometry::Contact && pass.look.skin_contact && buffers.skin && !is_tool)
-    return drawSurface(pass, *buffers.skin, pose, colour);
-  if (geometry == Geometry::Meshes && buffers.mesh) return drawSurface(pass, *buffers.mesh, pose, colour);
+  if (geometry == Geometry::Contact && pass.look.skin_contact && buffers.skin && !is_tool) return &*buffers.skin;
+  return geometry == Geometry::Meshes && buffers.mesh ? &*buffers.mesh : nullptr;
+}
+
+/// `own_colours`: balls keep the hues of their families; otherwise all have `colour`.
+void SceneDrawer::drawBody(const Pass& pass, std::size_t body, const Configuration& pose, Geometry geometry, Colour colour,
+                           bool own_colours) {
+  if (const Triangles* surface = shownSurface(pass, body, geometry)) return drawSurface(pass, *surface, pose, colour);
+  const BodyBuffers& buffers = *bodies_[body];
   if (buffers.levels.empty()) return;
   const std::size_t last = buffers.levels.size() - 1;
   const bool by_level = geometry == Geometry::Spheres || geometry == Geometry::Bounds;
@@ -210,6 +225,23 @@ void SceneDrawer::drawBody(const Pass& pass, std::size_t body, const Configurati
   Colour tint = colour;
   if (own_colours) tint.a = 0;
   drawBalls(pass, body, level, geometry == Geometry::Bounds, pose, tint);
+}
+
+void SceneDrawer::drawCut(const Pass& pass, std::size_t object, const CutSurface& cut, const Triangles& triangles,
+                          const Configuration& pose, Colour colour) {
+  const CutPrograms& programs = *cut_programs_;
+  CutDrawer& drawer = *cut_[object];
+  drawer.update(cut);
+  const Eigen::Matrix4f model = matrixOf(pose, pass.camera.target);
+  programs.surface.use();
+  setSolid(gl_, programs.surface_at, pass, model, std::nullopt);
+  drawer.setField(programs.surface);
+  triangles.array.bind();
+  gl_.VertexAttrib4Nub(2, colour.r, colour.g, colour.b, 255);
+  gl_.DrawElements(GL_TRIANGLES, triangles.count, GL_UNSIGNED_INT, nullptr);
+  programs.wall.use();
+  setSolid(gl_, programs.wall_at, pass, model, std::nullopt);
+  drawer.drawWalls();
 }
 
 template <class Draw>
@@ -315,6 +347,12 @@ void SceneDrawer::drawObject(const Pass& pass, std::size_t i) {
   if (is_moved && (geometry == Geometry::Meshes || geometry == Geometry::Contact)) {
     const BodyBuffers::Tinted now(gl_, object.soft->at(pass.state.tissue[i], colour));
     drawSurface(pass, now, pose, {});
+    return;
+  }
+  const CutSurface* const cut = pass.state.removal ? pass.state.removal->of(i) : nullptr;
+  const Triangles* const surface = cut && !cut->empty() ? shownSurface(pass, object.body, geometry) : nullptr;
+  if (surface) {
+    drawCut(pass, i, *cut, *surface, pose, colour);
   } else {
     drawBody(pass, object.body, pose, geometry, colour, stage_.objects.size() == 1 && !is_marked);
   }

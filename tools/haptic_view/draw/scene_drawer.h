@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "draw/camera.h"
+#include "draw/cut_drawer.h"
 #include "draw/gl.h"
 #include "draw/look.h"
 #include "draw/shapes.h"
@@ -42,7 +43,10 @@ class SceneDrawer {
   struct Triangles;
   struct BodyBuffers;
   struct Programs;
+  struct CutPrograms;
   struct Pass;  // data that all draw calls of a picture share
+  /// The surface that `geometry` shows; null if it shows spheres.
+  const Triangles* shownSurface(const Pass& pass, std::size_t body, Geometry geometry) const;
   void drawBody(const Pass& pass, std::size_t body, const Configuration& pose, Geometry geometry, Colour colour, bool own_colours);
   void drawSurface(const Pass& pass, const Triangles& triangles, const Configuration& pose, Colour colour);
   void drawBalls(const Pass& pass, std::size_t body, std::size_t level, bool bounds, const Configuration& pose, Colour tint);
@@ -50,6 +54,8 @@ class SceneDrawer {
   template <class Draw>
   void drawGlass(const Pass& pass, double opacity, Draw&& draw);
   void drawObject(const Pass& pass, std::size_t object);
+  void drawCut(const Pass& pass, std::size_t object, const CutSurface& cut, const Triangles& triangles, const Configuration& pose,
+               Colour colour);
   void drawShapes(const Pass& pass, const Shapes& shapes, bool ghosts);
   Shapes marks(const Pass& pass) const;
 
@@ -57,6 +63,8 @@ class SceneDrawer {
   const Stage& stage_;
   std::unique_ptr<Programs> programs_;
   std::vector<std::unique_ptr<BodyBuffers>> bodies_;
+  std::unique_ptr<CutPrograms> cut_programs_;    // null: no object can be cut
+  std::vector<std::unique_ptr<CutDrawer>> cut_;  // (object) null: it cannot be cut
   VertexArray empty_, shape_array_;
   GlBuffer shape_buffer_;
 };

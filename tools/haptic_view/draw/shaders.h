@@ -54,6 +54,75 @@ void main() {
 }
 )";
 
+// A surface of which a burr has removed a part: CutDrawer.
+inline constexpr const char* kCutSurfaceVertex = R"(#version 330 core
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec4 colour;
+uniform mat4 model, view_projection;
+out vec3 at, n, own;
+out vec4 c;
+void main() {
+  vec4 world = model * vec4(position, 1.0);
+  at = world.xyz;
+  n = mat3(model) * normal;
+  own = position;
+  c = colour;
+  gl_Position = view_projection * world;
+}
+)";
+
+inline constexpr const char* kCutSurfaceFragment = ST_GLSL_LIGHT R"(
+in vec3 at, n, own;
+in vec4 c;
+uniform isampler3D places;  // the brick of each block; -1: none, -2: all of the block was removed
+uniform sampler3D bricks;   // of 10 x 10 x 10 distances from what was removed, 25 in a row, 25 rows in a layer
+uniform float side;         // of a block
+uniform vec3 low;           // corner of the first block
+bool isRemoved() {
+  vec3 along = (own - low) / side;
+  ivec3 place = ivec3(floor(along));
+  if (any(lessThan(place, ivec3(0))) || any(greaterThanEqual(place, textureSize(places, 0)))) return false;
+  int brick = texelFetch(places, place, 0).r;
+  if (brick < 0) return brick == -2;
+  vec3 texel = 10.0 * vec3(brick % 25, brick / 25 % 25, brick / 625) + 0.5 + 8.0 * (along - vec3(place));
+  return textureLod(bricks, texel / vec3(textureSize(bricks, 0)), 0.0).r < 0.0;
+}
+void main() {
+  if (isCut(at) || isRemoved()) discard;
+  pixel = lit(c, normalize(n), at);
+}
+)";
+
+inline constexpr const char* kWallVertex = R"(#version 330 core
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec4 colour;
+layout(location = 3) in float below;
+uniform mat4 model, view_projection;
+out vec3 at, n;
+out vec4 c;
+out float depth;
+void main() {
+  vec4 world = model * vec4(position, 1.0);
+  at = world.xyz;
+  n = mat3(model) * normal;
+  c = colour;
+  depth = below;
+  gl_Position = view_projection * world;
+}
+)";
+
+inline constexpr const char* kWallFragment = ST_GLSL_LIGHT R"(
+in vec3 at, n;
+in vec4 c;
+in float depth;
+void main() {
+  if (isCut(at) || depth < 0.0) discard;
+  pixel = lit(c, normalize(n), at);
+}
+)";
+
 // A square that faces the eye and contains the ball's outline.
 inline constexpr const char* kBallVertex = R"(#version 330 core
 layout(location = 0) in vec4 ball;

@@ -55,6 +55,7 @@ const std::array<int, 6>& SpaceMouse::poll() {
     filled_ = 0;
     std::array<std::int32_t, 8> event;
     std::memcpy(event.data(), event_.data(), sizeof event);
+    was_pressed_ = was_pressed_ || event[0] == 1;
     if (event[0] == 0) motion_ = {event[1], event[2], -event[3], event[4], event[5], -event[6]};
   }
   return motion_;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <string>
+#include <utility>
 
 namespace spheretree::view {
 
@@ -23,6 +24,8 @@ class SpaceMouse {
   /// The newest motion: right, up, towards the user, and rotations about these axes; full deflection is about 350. Zero
   /// at rest, and after the daemon has ended.
   const std::array<int, 6>& poll();
+  /// Whether a button was pressed since the last call.
+  bool takePress() { return std::exchange(was_pressed_, false); }
 
  private:
   int socket_ = -1;
@@ -30,6 +33,7 @@ class SpaceMouse {
   std::array<char, 32> event_{};  // the part of the event received so far
   std::size_t filled_ = 0;
   std::array<int, 6> motion_{};
+  bool was_pressed_ = false;
 };
 
 }  // namespace spheretree::view

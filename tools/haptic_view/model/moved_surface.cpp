@@ -25,10 +25,6 @@ std::uint32_t nearestVertex(const Vector3f& p, const std::vector<TissueVertex>& 
   return nearest;
 }
 
-std::uint8_t mixed(std::uint8_t a, std::uint8_t b, double share) {
-  return static_cast<std::uint8_t>(std::lround((1 - share) * a + share * b));
-}
-
 }  // namespace
 
 MovedSurface::MovedSurface(const Surface& rest, std::shared_ptr<const Tissue> tissue) : rest_(rest), tissue_(std::move(tissue)) {
@@ -78,7 +74,7 @@ TintedSurface MovedSurface::at(std::span<const Vector3f> displacements, Colour c
     const double share = std::min(1.0, static_cast<double>(stretch[i]) / kFullStretch);
     const Colour hot = heat(share);
     const double part = std::min(1.0, 4 * share);  // small stretches keep the colour of the body
-    out.colours.push_back({mixed(colour.r, hot.r, part), mixed(colour.g, hot.g, part), mixed(colour.b, hot.b, part), colour.a});
+    out.colours.push_back(mixed(colour, hot, part));
   }
   return out;
 }

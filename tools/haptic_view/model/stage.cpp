@@ -122,15 +122,28 @@ Colour colourOf(const std::string& name, std::size_t index) {
   return kHues[index % kHues.size()];
 }
 
+Colour layerColour(std::size_t index, Colour object) {
+  constexpr std::array<Colour, 7> kLayers{{{230, 159, 0, 255},
+                                           {0, 114, 178, 255},
+                                           {204, 121, 167, 255},
+                                           {0, 158, 115, 255},
+                                           {240, 228, 66, 255},
+                                           {86, 180, 233, 255},
+                                           {213, 94, 0, 255}}};
+  return index == 0 ? object : kLayers[(index - 1) % kLayers.size()];
+}
+
+Configuration poseOf(const PlacedObject& object, std::span<const Configuration> carriers) {
+  return object.carrier == 0 || object.carrier > carriers.size() ? object.pose : composed(carriers[object.carrier - 1], object.pose);
+}
+
 Colour heat(double share) {
   constexpr std::array<Colour, 6> kStops{
       {{58, 20, 92, 255}, {62, 72, 150, 255}, {38, 124, 150, 255}, {48, 168, 122, 255}, {150, 206, 70, 255}, {250, 230, 60, 255}}};
   const double at = std::clamp(share, 0.0, 1.0) * (kStops.size() - 1);
   const auto i = std::min(static_cast<std::size_t>(at), kStops.size() - 2);
   const double t = at - static_cast<double>(i);
-  const auto mixed = [t](std::uint8_t a, std::uint8_t b) { return static_cast<std::uint8_t>(std::lround(a + t * (b - a))); };
-  const Colour &a = kStops[i], &b = kStops[i + 1];
-  return {mixed(a.r, b.r), mixed(a.g, b.g), mixed(a.b, b.b), 255};
+  return mixed(kStops[i], kStops[i + 1], t);
 }
 
 Body bodyOf(std::string name, const SphereTree* tree, const TriangleMesh* mesh, Colour colour) {

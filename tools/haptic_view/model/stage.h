@@ -7,20 +7,17 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "model/colour.h"
 #include "model/surface.h"
 #include "spheretree/core/rigid.h"
+#include "spheretree/core/sphere.h"
 #include "spheretree/core/sphere_tree.h"
 
 namespace spheretree::view {
-
-/// Red, green, blue, opacity.
-struct Colour {
-  std::uint8_t r = 255, g = 255, b = 255, a = 255;
-  friend bool operator==(const Colour&, const Colour&) = default;
-};
 
 struct Ball {
   float x, y, z, radius;  // [mm]
@@ -59,13 +56,17 @@ struct Body {
 };
 
 class MovedSurface;
+struct CutMaterial;
 
 struct PlacedObject {
   std::size_t body = 0;
   Configuration pose;                                  // of the body's frame in the world, while its carrier is at the identity
   std::uint32_t carrier = 0;                           // the body that moves it: index n - 1 in ShownState::carriers; 0: the world
   std::shared_ptr<const MovedSurface> soft = nullptr;  // its mesh if it is soft tissue; null: rigid
+  std::shared_ptr<const CutMaterial> cut = nullptr;    // its layers if the burr of the tool removes it; null: no burr does
 };
+/// The pose of an object while its carrier is at its place in `carriers`; missing entries are the identity.
+Configuration poseOf(const PlacedObject& object, std::span<const Configuration> carriers);
 
 struct Stage {
   std::vector<Body> bodies;
@@ -73,6 +74,7 @@ struct Stage {
   Eigen::Vector3d reference_point = Eigen::Vector3d::Zero();  // of the tool, in its frame
   bool y_up = false;                                          // the y axis of the world points up, not the z axis
   std::vector<PlacedObject> objects;
+  std::vector<spheretree::Ball> burr;          // of the tool, in its frame
   double force_limit = 8;                      // [N]
   Eigen::Vector3d torque_limit{188, 188, 48};  // [N mm]
 
@@ -90,6 +92,10 @@ struct Stage {
 /// A colour for the mesh of object `index`: that of its kind, if the name indicates it (tooth, jaw or gum, tongue,
 /// face); otherwise one of eight colours that colour-blind people can distinguish.
 Colour colourOf(const std::string& name, std::size_t index);
+
+/// The colour of layer `index` of an object of this colour, which the outermost layer has. The others have Okabe and
+/// Ito's, which colour-blind people can distinguish.
+Colour layerColour(std::size_t index, Colour object);
 
 /// From dark violet (0) through blue and green to yellow (1), with increasing brightness, so that the order is also
 /// visible to colour-blind people and in grey prints.

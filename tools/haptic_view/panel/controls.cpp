@@ -171,6 +171,7 @@ void applyControls(ViewerState& state, const Layout& layout, double seconds) {
   if (state.course.is_live) applyCourseKeys(state.course);
   if (state.course.is_live && pressed(keyOf('Z'))) state.frozen = !state.frozen;
   if (state.can_record && pressed(keyOf('R'))) state.wants_record = true;
+  if (state.can_spin && pressed(keyOf('B'))) state.wants_spindle = true;
 }
 
 std::vector<HelpLine> helpLines(const ViewerState& state) {
@@ -191,6 +192,7 @@ std::vector<HelpLine> helpLines(const ViewerState& state) {
     add("arrows, Page Up, Page Down", "move the hand at 20 mm/s");
     add("A D W S Q E", "turn it");
   }
+  if (state.can_spin) add("B", "start and stop the burr");
   if (state.hand_source == HandSource::Gamepad) add("left stick, triggers, right stick", "move the hand, push it, turn it");
   if (state.playback) {
     add("Space", "play, pause");

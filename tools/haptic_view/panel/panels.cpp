@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "draw/scene_drawer.h"
+#include "model/cut_surface.h"
 #include "panel/controls.h"
 #include "panel/interface.h"
 #include "panel/plots.h"
@@ -133,6 +134,35 @@ void drawSelected(ViewerState& state, const Theme& theme) {
   drawFigureLines(objectFigures(state.panes[0], *state.selected), theme);
 }
 
+/// A square in a colour, before a name.
+void drawSwatch(Colour colour) {
+  const float size = 0.7f * ImGui::GetFontSize(), inset = 0.5f * (ImGui::GetFrameHeight() - size);
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  ImGui::GetWindowDrawList()->AddRectFilled({at.x, at.y + inset}, {at.x + size, at.y + inset + size}, packed(colour), 2);
+  ImGui::Dummy({size, size});
+  ImGui::SameLine();
+}
+
+/// The colours of the layers that walls show, each name once.
+void drawLayers(const Stage& stage, const Theme& theme) {
+  std::vector<const CutMaterial::Layer*> layers;
+  for (const PlacedObject& object : stage.objects) {
+    if (!object.cut) continue;
+    for (const CutMaterial::Layer& layer : object.cut->layers)
+      if (std::ranges::none_of(layers, [&](const auto* other) { return other->name == layer.name; })) layers.push_back(&layer);
+  }
+  if (layers.empty()) return;
+  heading("Layers", theme);
+  if (!ImGui::BeginTable("layers", 2)) return;
+  for (const CutMaterial::Layer* layer : layers) {
+    ImGui::TableNextColumn();
+    drawSwatch(layer->colour);
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(layer->name.c_str());
+  }
+  ImGui::EndTable();
+}
+
 /// Name and figures beside the pointer.
 void drawHovered(const ViewerState& state, const Theme& theme) {
   if (!state.hovered || state.panes.size() != 1 || ImGui::GetIO().WantCaptureMouse) return;
@@ -199,15 +229,6 @@ void drawLook(ViewerState& state, const Layout& layout, const Theme& theme) {
     look.theme = light ? ThemeKind::Light : ThemeKind::Dark;
     ImGui::EndTable();
   }
-}
-
-/// A square in the colour of an object, before its name.
-void drawSwatch(Colour colour) {
-  const float size = 0.7f * ImGui::GetFontSize(), inset = 0.5f * (ImGui::GetFrameHeight() - size);
-  const ImVec2 at = ImGui::GetCursorScreenPos();
-  ImGui::GetWindowDrawList()->AddRectFilled({at.x, at.y + inset}, {at.x + size, at.y + inset + size}, packed(colour), 2);
-  ImGui::Dummy({size, size});
-  ImGui::SameLine();
 }
 
 void drawObjects(ViewerState& state, const Theme& theme) {
@@ -280,6 +301,8 @@ void drawSide(ViewerState& state, const Layout& layout, const Theme& theme) {
       ImGui::TextWrapped("film (V): %s", state.film.c_str());
       ImGui::PopStyleColor();
     }
+    if (state.can_spin && ImGui::Button(state.panes[0].state.step.spins ? "Stop the burr (B)" : "Start the burr (B)"))
+      state.wants_spindle = true;
     for (const Pane& pane : state.panes) {
       ImGui::PushID(&pane);
       if (!pane.title.empty()) heading(pane.title.c_str(), theme);
@@ -288,6 +311,7 @@ void drawSide(ViewerState& state, const Layout& layout, const Theme& theme) {
       drawLamps(pane, theme);
       ImGui::PopID();
     }
+    drawLayers(*state.panes[0].stage, theme);
     drawSelected(state, theme);
     drawRendering(state, theme);
     drawLook(state, layout, theme);

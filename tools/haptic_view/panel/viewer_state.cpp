@@ -127,6 +127,7 @@ ShownState shownState(const Pane& pane) {
   out.contacts = {pane.state.contacts.data(), pane.state.contact_count};
   out.carriers = pane.carriers;
   out.tissue = pane.tissue;
+  out.removal = pane.removal;
   return out;
 }
 

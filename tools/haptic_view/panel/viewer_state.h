@@ -39,6 +39,7 @@ struct Pane {
   LiveState state;
   std::vector<Configuration> carriers;               // poses of the bodies
   std::vector<std::vector<Eigen::Vector3f>> tissue;  // (object) displacements of the nodes of soft tissue [mm]
+  const Removal* removal = nullptr;                  // by the burr; null: there is none
   std::span<const PlotSample> samples;               // in order; in a replay all of the run
   std::vector<FigureLine> figures;
   std::vector<Lamp> lamps;
@@ -85,9 +86,10 @@ struct ViewerState {
   std::vector<std::string> modes;  // of the rendering, to choose from: the one at the beginning, the other one; empty: no choice
   bool is_other_mode = false, wants_other_mode = false;
   HandSource hand_source = HandSource::Mouse;
+  bool can_spin = false;         // the burr, whose spindle a request turns on or off
   Playback* playback = nullptr;  // null: no replay
   // Requests since the last frame.
-  bool wants_record = false, wants_quit = false, wants_picture = false, wants_film = false;
+  bool wants_record = false, wants_quit = false, wants_picture = false, wants_film = false, wants_spindle = false;
 
   bool hasPlots() const { return !panes.empty() && !panes[0].samples.empty(); }
 };

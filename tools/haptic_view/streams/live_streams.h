@@ -60,12 +60,16 @@ struct SettingWishes {
   }
 };
 
+/// Whether the burr is asked to spin, from the view's thread to that of the steps.
+enum class SpindleWish : std::uint8_t { None, Off, On };  // None: as its path says, or a button of the device
+
 struct LiveStreams {
   TripleBuffer<LiveState> state;
   StepRing<player::RecordedStep> steps{kStepRing};
   TripleBuffer<HandTarget> hand;
   HingeWishes hinges;
   SettingWishes settings;
+  std::atomic<SpindleWish> spindle{SpindleWish::None};
 };
 
 }  // namespace spheretree::view

@@ -122,7 +122,8 @@ std::optional<GamepadState> Window::gamepad() const {
     const float* a = state.axes;
     return GamepadState{{a[GLFW_GAMEPAD_AXIS_LEFT_X], a[GLFW_GAMEPAD_AXIS_LEFT_Y], a[GLFW_GAMEPAD_AXIS_RIGHT_X],
                          a[GLFW_GAMEPAD_AXIS_RIGHT_Y], a[GLFW_GAMEPAD_AXIS_LEFT_TRIGGER], a[GLFW_GAMEPAD_AXIS_RIGHT_TRIGGER]},
-                        state.buttons[GLFW_GAMEPAD_BUTTON_LEFT_BUMPER] || state.buttons[GLFW_GAMEPAD_BUTTON_RIGHT_BUMPER]};
+                        state.buttons[GLFW_GAMEPAD_BUTTON_LEFT_BUMPER] || state.buttons[GLFW_GAMEPAD_BUTTON_RIGHT_BUMPER],
+                        state.buttons[GLFW_GAMEPAD_BUTTON_A] != 0};
   }
   return std::nullopt;
 }

@@ -22,6 +22,7 @@ bool hasDisplay();
 struct GamepadState {
   std::array<float, 6> axes;  // in the order of gamepadDeflection()
   bool bumper;                // one of the two is held
+  bool button;                // the lowest of the four on the right is held
 };
 
 class Window {
