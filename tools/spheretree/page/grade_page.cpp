@@ -14,8 +14,8 @@
 namespace spheretree::tool {
 namespace {
 
-// Of layers, from the outermost on; told apart by brightness, too.
-constexpr std::array<const char*, 6> kLayerColours{"#ece6d8", "#d9b25c", "#6b4423", "#c8505a", "#4e79a7", "#59a14f"};
+// Of layers, from the outermost on, as in the window; told apart by the colour-blind, too.
+constexpr std::array<const char*, 6> kLayerColours{"#eee2c8", "#e69f00", "#0072b2", "#cc79a7", "#009e73", "#f0e442"};
 
 builder::VolumeBounds inPercent(const builder::VolumeBounds& share) { return {100 * share.low, 100 * share.high}; }
 
