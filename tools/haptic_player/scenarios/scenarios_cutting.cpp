@@ -9,6 +9,7 @@
 
 #include "cavity.h"
 #include "scenarios/scenario_run.h"
+#include "step/coupling_wrench.h"
 
 namespace spheretree::player {
 namespace {
