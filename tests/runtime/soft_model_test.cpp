@@ -123,7 +123,7 @@ TEST(SoftModel, EdgesAreTheChordsBetweenTheirEnds) {
     EXPECT_FALSE(edge.is_sharp);
     const SoftModel::Vertex &from = model->vertices[edge.end[0]], &to = model->vertices[edge.end[1]];
     EXPECT_EQ(edge.chord, to.rest.position - from.rest.position);
-    EXPECT_EQ(edge.side.length, edge.chord.norm());
+    EXPECT_FLOAT_EQ(edge.side.length, edge.chord.norm());
     EXPECT_NEAR(edge.side.bend, edge.side.length * edge.side.length / 40, 0.01f) << "on a ball of 5 mm";
     EXPECT_LT((edge.sag - placeOnFaces(edge.point) + 0.5f * (placeOnFaces(from.point) + placeOnFaces(to.point))).norm(), 1e-5f);
   }
