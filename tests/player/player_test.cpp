@@ -32,6 +32,7 @@
 #include "spheretree/formats/trajectory.h"
 #include "spheretree/scene/describe_scene.h"
 #include "support/count_allocations.h"
+#include "support/sample_skins.h"
 #include "support/scratch_folder.h"
 #include "support/shape_trees.h"
 #include "view/recorded_run.h"
@@ -192,6 +193,48 @@ TEST(ServoLoop, AHingeGoesWhereTheViewWishesAtTheSpeedOfAJaw) {
   live.hinges.degree[0].store(std::numeric_limits<double>::quiet_NaN());
   EXPECT_NEAR(angleAfter(10), -5 + 10 * 0.06, 1e-9) << "back, no faster";
   EXPECT_NEAR(angleAfter(240), 5, 1e-12) << "on its path again, at 0.5 s";
+}
+
+TEST(ServoLoop, TheViewOrAButtonTurnsTheBurr) {
+  const Eigen::Vector3d half(6, 6, 3);
+  runtime::SceneDescription d;
+  d.tool = test::treeOfBalls({test::ball(0, 0, 0, 0.5), test::ball(0, 0, 1, 0.3)});
+  d.burr = {{{0, 0, 0}, 0.5}};
+  const runtime::SharedTree block = test::withSkin(test::boxTree(half, {8, 8, 4}, 1), test::boxSkin(half));
+  std::string fault;
+  runtime::SceneObject object{block, {}};
+  object.cut = runtime::cutModel(block, {}, fault);
+  d.objects.push_back(object);
+  runtime::Scene scene;
+  ASSERT_TRUE(runtime::compileScene(d, scene, fault)) << fault;
+  view::LiveStreams live;
+  ServoLoop::Options options;
+  options.cuts = true;
+  device::DeviceState state;
+  state.handle.position = {0, 0, 20};
+  const auto spins = [&](ServoLoop& loop, view::SpindleWish wish, std::uint32_t buttons) {
+    live.spindle = wish;
+    state.buttons = buttons;
+    loop.render(state);
+    EXPECT_TRUE(live.state.refresh());
+    return live.state.front().step.spins;
+  };
+  ServoLoop always(scene, nullptr, options, &live);
+  EXPECT_TRUE(spins(always, view::SpindleWish::None, 0)) << "without a path that says when";
+  EXPECT_FALSE(spins(always, view::SpindleWish::Off, 0));
+  options.spins = {false};
+  ServoLoop resting(scene, nullptr, options, &live);
+  EXPECT_FALSE(spins(resting, view::SpindleWish::None, 0));
+  EXPECT_TRUE(spins(resting, view::SpindleWish::On, 0));
+  options.spins.clear();
+  options.spindle_buttons = 2;
+  ServoLoop by_button(scene, nullptr, options, &live);
+  EXPECT_FALSE(spins(by_button, view::SpindleWish::None, 1));
+  EXPECT_TRUE(spins(by_button, view::SpindleWish::None, 3));
+  EXPECT_FALSE(spins(by_button, view::SpindleWish::Off, 2)) << "the view overrules it";
+  options.mode = runtime::Mode::Published;
+  ServoLoop published(scene, nullptr, options, &live);
+  EXPECT_FALSE(spins(published, view::SpindleWish::On, 2)) << "the method of the paper cuts nothing";
 }
 
 TEST(ServoLoop, AllocatesNothing) {

@@ -13,6 +13,7 @@
 #include "probe.h"
 #include "scene/cut_model.h"
 #include "scene/tissue_model.h"
+#include "spheretree/builder/mesh_checks.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/scene_file.h"
 #include "view/start_pose.h"
@@ -78,7 +79,9 @@ std::shared_ptr<const view::CutMaterial> materialOf(const runtime::CutModel& mod
     out->layers.push_back({names.at(k), view::layerColour(k, colour),
                            [field = std::move(field)](const Eigen::Vector3d& p) { return -field->signedDistance(p); }});
   };
-  add(whole.triangles.empty() ? skinMesh(*model.tree) : whole);
+  // Inside and outside need a sound mesh. The skin is one; it differs from the mesh by its tolerance.
+  const bool is_sound = !whole.triangles.empty() && builder::checkMesh(whole).clean();
+  add(is_sound ? whole : skinMesh(*model.tree));
   for (const runtime::CutLayer& layer : model.material.inner) add(*layer.surface);
   return out;
 }

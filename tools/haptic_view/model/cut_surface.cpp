@@ -41,10 +41,10 @@ Vector3d CutSurface::middleOf(const BlockPlace& place) const {
 CutSurface::Entry CutSurface::entryAt(const BlockPlace& place) const {
   const double half_diagonal = halfDiagonal();
   const Vector3d middle = middleOf(place);
+  if (material_->layers.front().depth(middle) < -half_diagonal) return {State::Outside};
   auto block = std::make_shared<CutBlock>();
   for (const CutMaterial::Layer& layer : material_->layers) {
     const double depth = layer.depth(middle);
-    if (block->met.empty() && depth < -half_diagonal) return {State::Outside};
     block->inside.push_back(depth > 0);
     block->met.push_back(std::abs(depth) <= half_diagonal);
   }
@@ -69,12 +69,16 @@ void CutSurface::remove(const Vector3d& from, const Vector3d& to, double radius)
   for (at[2] = low[2]; at[2] <= high[2]; ++at[2])
     for (at[1] = low[1]; at[1] <= high[1]; ++at[1])
       for (at[0] = low[0]; at[0] <= high[0]; ++at[0]) {
-        const double least = way.away(middleOf(at)).norm() - half_diagonal - radius;
-        if (least >= reach_) continue;
+        const double distance = way.away(middleOf(at)).norm() - radius;
+        if (distance - half_diagonal >= reach_) continue;
         auto found = blocks_.find(at);
         if (found == blocks_.end()) found = blocks_.emplace(at, entryAt(at)).first;
-        if (found->second.state == State::Open && least < static_cast<double>(found->second.block->most))
-          removeFrom(found->second, at, way);
+        Entry& entry = found->second;
+        if (entry.state != State::Open) continue;
+        if (distance + half_diagonal <= 0)
+          entry = {State::Removed};
+        else if (distance - half_diagonal < static_cast<double>(entry.block->most))
+          removeFrom(entry, at, way);
       }
 }
 
