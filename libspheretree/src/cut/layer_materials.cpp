@@ -8,32 +8,34 @@
 #include "repair/subtract_solid.h"
 
 namespace spheretree::builder {
-namespace {
 
-constexpr double kMoved = 2e-5;  // of the diagonal: more than a cut moves any vertex
-
-}  // namespace
+constexpr double kLayerRounding = 1e-12;  // of the diagonal: corners of a cut, and the sum of a volume
 
 std::vector<LayerMaterial> layerMaterials(std::span<const TriangleMesh> layers, Progress& progress) {
   std::vector<LayerMaterial> out;
   for (std::size_t k = 0; k < layers.size(); ++k) {
-    std::optional<TriangleMesh> left = layers[k];
+    std::optional<Difference> left = Difference{layers[k]};
     const auto take = [&](const TriangleMesh& taken) {
-      if (left && !left->triangles.empty() && !taken.triangles.empty()) left = subtractSolid(*left, taken, progress);
+      if (!left || left->mesh.triangles.empty() || taken.triangles.empty()) return;
+      const double before = left->moved;
+      left = subtractSolid(left->mesh, taken, progress);
+      if (left) left->moved += before;
     };
     if (k > 0) {
-      const std::optional<TriangleMesh> beyond = subtractSolid(layers[k], layers[0], progress);
-      if (beyond)
-        take(*beyond);
+      const std::optional<Difference> beyond = subtractSolid(layers[k], layers[0], progress);
+      if (beyond) take(beyond->mesh);
+      if (beyond && left)
+        left->moved += beyond->moved;
       else
         left.reset();
     }
     for (std::size_t inner = k + 1; inner < layers.size(); ++inner) take(layers[inner]);
     LayerMaterial& material = out.emplace_back();
-    material.mesh = left ? std::move(*left) : layers[k];
+    material.mesh = left ? std::move(left->mesh) : layers[k];
     if (material.mesh.triangles.empty()) continue;
     const DistanceField field(material.mesh);
-    const double error = kMoved * field.diagonal() * field.area();
+    const double moved = kLayerRounding * field.diagonal() + (left ? left->moved : 0);
+    const double error = 2 * moved * field.area();  // twice what is within `moved` of a flat surface
     material.volume = {left ? std::max(0.0, field.volume() - error) : 0, field.volume() + error};
   }
   return out;

@@ -89,7 +89,7 @@ class Repair {
   }
 
   /// The mesh without the solid `taken`; both are sound.
-  std::optional<TriangleMesh> without(const TriangleMesh& taken) {
+  std::optional<Difference> without(const TriangleMesh& taken) {
     start();
     const auto first = static_cast<std::uint32_t>(soup_.mesh.positions.size());
     soup_.mesh.positions.insert(soup_.mesh.positions.end(), taken.positions.begin(), taken.positions.end());
@@ -104,12 +104,12 @@ class Repair {
         if (!state.clean()) continue;
         soup_.mesh = withoutBuried(soup_.mesh, state);
         dropUnusedVertices(soup_.mesh);
-        return std::move(soup_.mesh);
+        return Difference{std::move(soup_.mesh), moved()};
       }
     } catch (const TooMuchWork&) {
       return {};
     }
-    return soup_.mesh.triangles.empty() ? std::optional(TriangleMesh{}) : std::nullopt;
+    return soup_.mesh.triangles.empty() ? std::optional(Difference{}) : std::nullopt;
   }
 
   /// Whether a bound of the growth or of the work ended the repair.
@@ -344,7 +344,7 @@ class Repair {
     dropFlat(soup_);
     Stitched stitched = stitchCracks(soup_, input_.triangles.size(), max_triangles_, work_);
     for (std::size_t t = 0; t < is_modified_.size() && !stitched.is_modified.empty(); ++t) is_modified_[t] |= stitched.is_modified[t];
-    step->change_mm = std::max(step->change_mm, stitched.moved) + resolved.snapped;
+    step->change_mm += stitched.moved + resolved.snapped;
     dropFlat(soup_);
     for (const std::uint32_t source : cancelOpposites(soup_)) is_modified_[source] = 1;
     if (!findOpenEdges(soup_.mesh).empty()) fillHoles(soup_, work_);
@@ -393,10 +393,7 @@ class Repair {
     std::vector<std::uint32_t> modified;
     for (std::uint32_t t = 0; t < is_modified_.size(); ++t)
       if (is_modified_[t] && !is_removed[t]) modified.push_back(t);
-    for (const RepairStep& step : steps_)
-      if (step.kind == RepairStepKind::StitchCracks || step.kind == RepairStepKind::SeparateBodies ||
-          step.kind == RepairStepKind::ResolveOverlaps)
-        out.bound_mm += step.change_mm;
+    out.bound_mm = moved();
     if (!modified.empty()) {
       PartsNearSurface clipped = clipToDepth(DistanceField(out.mesh), input_, modified, kDeep * diagonal_, progress_);
       out.to_cover = std::move(clipped.pieces);
@@ -415,6 +412,16 @@ class Repair {
     for (const RepairStep& step : steps_)
       for (const std::uint32_t t : step.removed) is_removed[t] = 1;
     return is_removed;
+  }
+
+  /// How far the steps that move vertices can have moved one.
+  double moved() const {
+    double sum = 0;
+    for (const RepairStep& step : steps_)
+      if (step.kind == RepairStepKind::StitchCracks || step.kind == RepairStepKind::SeparateBodies ||
+          step.kind == RepairStepKind::ResolveOverlaps)
+        sum += step.change_mm;
+    return sum;
   }
 
   RepairStep* find(RepairStepKind kind) {
@@ -514,7 +521,7 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, RepairKind kind, Progress& pro
   return out;
 }
 
-std::optional<TriangleMesh> subtractSolid(const TriangleMesh& from, const TriangleMesh& taken, Progress& progress) {
+std::optional<Difference> subtractSolid(const TriangleMesh& from, const TriangleMesh& taken, Progress& progress) {
   const MeshReport report = checkMesh(from, kPlacesListed, progress);
   return Repair(from, report, progress, taken.triangles.size()).without(taken);
 }

@@ -10,10 +10,14 @@
 
 namespace spheretree::builder {
 
-/// A sound mesh (mesh_checks.h); without triangles if nothing is left. Where the result would touch itself, its bodies
-/// are drawn apart by 1e-6 of the diagonal. Empty if rounding leaves crossings after several cuts, or for too many.
+struct Difference {
+  TriangleMesh mesh;  // sound (mesh_checks.h); without triangles if nothing is left
+  double moved = 0;   // no vertex was moved farther: to draw bodies apart that touch, or for cuts that rounding spoils [mm]
+};
+
+/// Empty if rounding leaves crossings after several cuts, or for too many.
 /// Method: resolve_overlaps.h, with `taken` turned inside out; it may also cross itself.
 /// @pre `from` is sound; `taken` has no open edges. Cost: about 0.1 ms a crossing pair. @throws Cancelled
-std::optional<TriangleMesh> subtractSolid(const TriangleMesh& from, const TriangleMesh& taken, Progress& progress);
+std::optional<Difference> subtractSolid(const TriangleMesh& from, const TriangleMesh& taken, Progress& progress);
 
 }  // namespace spheretree::builder

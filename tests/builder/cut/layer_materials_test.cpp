@@ -23,7 +23,7 @@ TEST(LayerMaterials, HaveTheirVolumes) {
   for (std::size_t k = 0; k < truth.size(); ++k) {
     EXPECT_LE(found[k].volume.low, truth[k]) << k;
     EXPECT_GE(found[k].volume.high, truth[k]) << k;
-    EXPECT_LE(found[k].volume.width(), 0.04) << k;
+    EXPECT_LE(found[k].volume.width(), 1e-8) << k;
     EXPECT_TRUE(checkMesh(found[k].mesh, 10, progress).clean()) << k;
   }
 }

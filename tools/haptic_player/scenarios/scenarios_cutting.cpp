@@ -67,6 +67,14 @@ struct Drilling {
   Vector3d start(Random& random) const { return {random.uniform(-1, 1), random.uniform(-1, 1), radius + kApproach}; }
 };
 
+/// All runs of scenario `number`, with their pressures [N]. `run` is called with a Drilling and the random numbers.
+template <class Run>
+void eachRun(ScenarioContext& context, int number, double least_pressure, double most_pressure, Run&& run) {
+  Random random(static_cast<std::uint64_t>(number));
+  const int runs = context.repetitions(kRuns, 4);
+  for (int n = 0; n < runs; ++n) run(Drilling(random, n, least_pressure, most_pressure), random);
+}
+
 /// Drives a handpiece by the position of its burr in the axes of the block.
 class Drill {
  public:
@@ -85,6 +93,10 @@ class Drill {
     hand_ = burr;
     trial_.to({turn_ * (burr + tilt * handle_), turn_ * tilt});
     if (spins_) impulse_ += trial_.last().wrench.force.norm() / 1000;
+  }
+  void begin(const Vector3d& burr) {
+    to(burr);
+    spin(true);
   }
   void moveTo(const Vector3d& burr, double speed) {
     const Vector3d from = hand_, way = burr - from;
@@ -233,16 +245,12 @@ class CutFigures {
 /// F37: the burr is pressed straight into the block at a constant feed, held, and comes out, spinning or not.
 Outcome plunge(ScenarioContext& context, Mode mode) {
   Outcome out;
-  Random random(37);
   CutFigures found;
   double law = 0, feed_step = 0, caught = 0, late = 0;
-  const int runs = context.repetitions(kRuns, 4);
-  for (int run = 0; run < runs; ++run) {
-    const Drilling with(random, run, 0.3, 3);
+  eachRun(context, 37, 0.3, 3, [&](const Drilling& with, Random& random) {
     Drill drill(context, mode, "small_block", with);
     const Vector3d start = with.start(random);
-    drill.to(start);
-    drill.spin(true);
+    drill.begin(start);
     drill.feed(-(kApproach + random.uniform(0.3, 2)) * kUp, with.feed, kAhead);
     feed_step = std::max(feed_step, largestFeedStep(drill.trial().rows()));
     if (with.tangential == 0) law = std::max(law, percentOff(drilled(with.radius - drill.burr().z(), with.radius), drill.volumeByLaw()));
@@ -252,7 +260,7 @@ Outcome plunge(ScenarioContext& context, Mode mode) {
     if (with.tangential == 0) caught = std::max(caught, back);
     late = std::max(late, drill.force());
     found.look(drill, with, out);
-  }
+  });
   out.add("volume off Preston's law", "%", law, kLawPass);
   out.add("step of the force beyond the hand's own, at constant feed", "mN", feed_step, kFeedStepPass);
   out.add("force that holds the tool back as it comes out", "N", caught, kCaughtPass);
@@ -266,18 +274,14 @@ Outcome plunge(ScenarioContext& context, Mode mode) {
 Outcome sideCut(ScenarioContext& context, Mode mode) {
   constexpr double kEdge = 3, kBetween = 2;  // half of the length of the block, and of the part of the channel
   Outcome out;
-  Random random(38);
   CutFigures found;
   double law = 0, feed_step = 0, late = 0;
-  const int runs = context.repetitions(kRuns, 4);
-  for (int run = 0; run < runs; ++run) {
-    Drilling with(random, run, 0.1, 0.6);
+  eachRun(context, 38, 0.1, 0.6, [&](Drilling with, Random& random) {
     const double r = with.radius, depth = random.uniform(0.2, 0.9) * r, feed = std::max(with.feed, 5.0);
     with.rate = channelArea(depth, r) * feed / (std::numbers::pi * r * r * with.pressure);
     Drill drill(context, mode, "small_block", with);
     const Vector3d start(-kEdge - r - kApproach, random.uniform(-2, 2), r - depth), way = Vector3d(2 * (kEdge + r) + 1, 0, 0);
-    drill.to(start);
-    drill.spin(true);
+    drill.begin(start);
     double cut = 0, by_law = 0;
     std::size_t first = 0, end = 0;
     const int steps = static_cast<int>(1000 * way.norm() / feed);
@@ -297,7 +301,7 @@ Outcome sideCut(ScenarioContext& context, Mode mode) {
     drill.hold(300);
     late = std::max(late, drill.force());
     found.look(drill, with, out);
-  }
+  });
   out.add("volume off Preston's law", "%", law, kLawPass);
   out.add("step of the force beyond the hand's own, at constant feed", "mN", feed_step, kFeedStepPass);
   out.add("force once it is out", "N", late, 1e-6);
@@ -308,20 +312,16 @@ Outcome sideCut(ScenarioContext& context, Mode mode) {
 /// F39: through a wall of 0.2 mm, at up to 40 degrees, and back. Behind the wall the material ends at once.
 Outcome breakThrough(ScenarioContext& context, Mode mode) {
   Outcome out;
-  Random random(39);
   CutFigures found;
   double caught = 0, late = 0;
   int held = 0;
-  const int runs = context.repetitions(kRuns, 4);
-  for (int run = 0; run < runs; ++run) {
-    Drilling with(random, run, 0.3, 3);
+  eachRun(context, 39, 0.3, 3, [&](Drilling with, Random& random) {
     with.rate /= 2;
     Drill drill(context, mode, "plate_0.2", with);
     drill.tilt = randomTilt(random, 40);
     const Vector3d axis = drill.tilt * kUp, middle(random.uniform(-2, 2), random.uniform(-2, 2), 0);
     const Vector3d start = middle + (0.1 + with.radius + kApproach) / axis.z() * axis;
-    drill.to(start);
-    drill.spin(true);
+    drill.begin(start);
     drill.feed(-((start - middle).norm() + 0.1) * axis, with.feed, with.pressure);
     drill.moveTo(middle - 5 * with.radius * axis, with.feed);
     drill.hold(50);
@@ -329,7 +329,7 @@ Outcome breakThrough(ScenarioContext& context, Mode mode) {
     caught = std::max(caught, drill.comeOut(start, -axis));
     late = std::max(late, drill.force());
     found.look(drill, with, out);
-  }
+  });
   out.add("force once it is out", "N", late, 1e-6);
   found.addTo(out);
   out.add("force that holds the tool back as it comes out", "N", caught, kCaughtPass);
@@ -344,16 +344,12 @@ Outcome breakThrough(ScenarioContext& context, Mode mode) {
 Outcome tiltedInHole(ScenarioContext& context, Mode mode) {
   constexpr double kHandle = 15;
   Outcome out;
-  Random random(40);
   CutFigures found;
   double caught = 0, late = 0, removed = 0;
-  const int runs = context.repetitions(kRuns, 4);
-  for (int run = 0; run < runs; ++run) {
-    const Drilling with(random, run, 0.3, 3);
+  eachRun(context, 40, 0.3, 3, [&](const Drilling& with, Random& random) {
     Drill drill(context, mode, "small_block", with, kHandle);
     const Vector3d start = with.start(random);
-    drill.to(start);
-    drill.spin(true);
+    drill.begin(start);
     drill.feed(-(kApproach + random.uniform(0.7, 2)) * kUp, with.feed, kAhead);
     drill.release();
     const Vector3d bottom = drill.burr();
@@ -379,7 +375,7 @@ Outcome tiltedInHole(ScenarioContext& context, Mode mode) {
     if (!with.is_spun_out && with.tangential == 0) caught = std::max(caught, back);
     if (with.tangential == 0) late = std::max(late, drill.force());  // a burr that rubs makes a bent hole
     found.look(drill, with, out);
-  }
+  });
   out.add("volume removed while the spindle rests", "mm3", removed, 0);
   out.add("force that holds a burr back that does not spin, as it comes out", "N", caught, kCaughtPass);
   out.add("force once it is out", "N", late, 1e-6);
@@ -391,16 +387,12 @@ Outcome tiltedInHole(ScenarioContext& context, Mode mode) {
 /// 1 mm meanwhile.
 Outcome spindleStops(ScenarioContext& context, Mode mode) {
   Outcome out;
-  Random random(41);
   CutFigures found;
   double removed = 0, way = 0, law = 0, late = 0;
-  const int runs = context.repetitions(kRuns, 4);
-  for (int run = 0; run < runs; ++run) {
-    const Drilling with(random, run, 0.3, 3);
+  eachRun(context, 41, 0.3, 3, [&](const Drilling& with, Random& random) {
     Drill drill(context, mode, "small_block", with);
     const Vector3d start = with.start(random);
-    drill.to(start);
-    drill.spin(true);
+    drill.begin(start);
     drill.feed(-kApproach * kUp, with.feed, kAhead);
     for (int stop = 0; stop < 2; ++stop) {
       drill.feed(-random.uniform(0.3, 0.8) * kUp, with.feed, kAhead);
@@ -422,7 +414,7 @@ Outcome spindleStops(ScenarioContext& context, Mode mode) {
     (void)drill.comeOut(start, -kUp);
     late = std::max(late, drill.force());
     found.look(drill, with, out);
-  }
+  });
   out.add("volume removed while the spindle rests", "mm3", removed, 0);
   out.add("way of the burr while the spindle rests", "mm", way, kWallPass);
   out.add("volume off Preston's law", "%", law, kLawPass);
@@ -446,27 +438,23 @@ std::vector<runtime::CutLayer> layersBelow(double enamel) {
 /// F42: from enamel through dentine and a lesion into the pulp, at up to 20 degrees, and back.
 Outcome throughLayers(ScenarioContext& context, Mode mode) {
   Outcome out;
-  Random random(42);
   CutFigures found;
   double late = 0;
   int unreached = 0;
-  const int runs = context.repetitions(kRuns, 4);
-  for (int run = 0; run < runs; ++run) {
-    Drilling with(random, run, 0.3, 3);
+  eachRun(context, 42, 0.3, 3, [&](Drilling with, Random& random) {
     with.rate = std::min(with.rate, kFastestEnamel);
     Drill drill(context, mode, "small_block", with, 0, layersBelow(with.rate));
     drill.tilt = randomTilt(random, 20);
     const Vector3d axis = drill.tilt * kUp, middle(random.uniform(-0.8, 0.8), random.uniform(-0.8, 0.8), 0);
     const Vector3d start = middle + (with.radius + kApproach) / axis.z() * axis;
-    drill.to(start);
-    drill.spin(true);
+    drill.begin(start);
     drill.feed(-(2.2 + (start - middle).norm()) * axis, with.feed, kAhead);
     drill.release();
     unreached += mode == Mode::Constrained && drill.trial().removedOf(3) == 0;
     (void)drill.comeOut(start, -axis);
     late = std::max(late, drill.force());
     found.look(drill, with, out);
-  }
+  });
   out.add("force once it is out", "N", late, 1e-6);
   found.addTo(out);
   out.add("runs that did not reach the pulp", "1", unreached, 0);
@@ -479,16 +467,12 @@ Outcome throughLayers(ScenarioContext& context, Mode mode) {
 Outcome jumpWhileSpinning(ScenarioContext& context, Mode mode) {
   constexpr double kJump = 5;
   Outcome out;
-  Random random(43);
   CutFigures found;
   double late = 0;
-  const int runs = context.repetitions(kRuns, 4);
-  for (int run = 0; run < runs; ++run) {
-    const Drilling with(random, run, 0.3, 3);
+  eachRun(context, 43, 0.3, 3, [&](const Drilling& with, Random& random) {
     Drill drill(context, mode, "small_block", with);
     const Vector3d start = with.start(random);
-    drill.to(start);
-    drill.spin(true);
+    drill.begin(start);
     drill.feed(-(kApproach + random.uniform(0.5, 2)) * kUp, with.feed, kAhead);
     const Vector3d bottom = drill.burr();
     for (int jump = 0; jump < 6; ++jump) {
@@ -501,7 +485,7 @@ Outcome jumpWhileSpinning(ScenarioContext& context, Mode mode) {
     drill.hold(100);
     late = std::max(late, drill.force());
     found.look(drill, with, out);
-  }
+  });
   found.addTo(out);
   out.add("force at the end", "N", late, 0);  // of a tool that a jump has put beside the block
   out.figures.back().informative = true;

@@ -71,7 +71,7 @@ struct SceneDrawer::CutPrograms {
   ShaderProgram surface, wall;
   SolidUniforms surface_at, wall_at;
   explicit CutPrograms(const Gl& gl)
-      : surface(gl, kCutSurfaceVertex, kCutSurfaceFragment), wall(gl, kWallVertex, kWallFragment), surface_at(surface), wall_at(wall) {}
+      : surface(gl, kSurfaceVertex, kCutSurfaceFragment), wall(gl, kWallVertex, kWallFragment), surface_at(surface), wall_at(wall) {}
 };
 
 struct SceneDrawer::Triangles {

@@ -34,12 +34,13 @@ layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 colour;
 uniform mat4 model, view_projection;
-out vec3 at, n;
+out vec3 at, n, own;  // own: in the frame of the body
 out vec4 c;
 void main() {
   vec4 world = model * vec4(position, 1.0);
   at = world.xyz;
   n = mat3(model) * normal;
+  own = position;
   c = colour;
   gl_Position = view_projection * world;
 }
@@ -54,24 +55,7 @@ void main() {
 }
 )";
 
-// A surface of which a burr has removed a part: CutDrawer.
-inline constexpr const char* kCutSurfaceVertex = R"(#version 330 core
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec3 normal;
-layout(location = 2) in vec4 colour;
-uniform mat4 model, view_projection;
-out vec3 at, n, own;
-out vec4 c;
-void main() {
-  vec4 world = model * vec4(position, 1.0);
-  at = world.xyz;
-  n = mat3(model) * normal;
-  own = position;
-  c = colour;
-  gl_Position = view_projection * world;
-}
-)";
-
+// A surface of which a burr has removed a part: CutDrawer. With kSurfaceVertex.
 inline constexpr const char* kCutSurfaceFragment = ST_GLSL_LIGHT R"(
 in vec3 at, n, own;
 in vec4 c;
