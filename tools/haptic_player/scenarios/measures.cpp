@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kNear = 0.5;       // pairs up to this distance are tested at every pose [mm]
 constexpr double kRounding = 1e-9;  // more than the error of a signed distance [mm]
-constexpr double kBurrShare = 1.1;  // a leaf within this share of a ball of the burr is of the burr
+constexpr double kBurrShare = 0.1;  // a leaf is of the burr within a ball that is larger by this share, or by the overhang
 constexpr double kInLine = 1e-3;    // steps of a burr whose centres are this near to a line are one capsule [mm]
 constexpr double kAxisStep = 0.05;  // distance of tested points of an axis, and of its tested places [mm]
 constexpr double kAxis = 10;        // length of the axis that is tested [mm of the scenario]
@@ -122,10 +122,13 @@ CutPenetration::CutPenetration(const Body& tool, const Eigen::Vector3d& referenc
       length_(kAxis * tool.frame.scale),
       growing_(burr_.size()) {
   const Eigen::Vector3d origin(tool.tree.origin_mm[0], tool.tree.origin_mm[1], tool.tree.origin_mm[2]);
+  const double overhang = static_cast<double>(tool.tree.statistics.back().overhang_bound);
   for (std::size_t n = 0; n < tool.tree.nodeCount(); ++n) {
     if (!tool.tree.isLeaf(n)) continue;
     const Ball leaf{centreOf(tool.tree.cover[n]) + origin - reference_point, static_cast<double>(tool.tree.cover[n].radius)};
-    const auto isWithin = [&](const Ball& b) { return (leaf.centre - b.centre).norm() + leaf.radius <= kBurrShare * b.radius; };
+    const auto isWithin = [&](const Ball& b) {
+      return (leaf.centre - b.centre).norm() + leaf.radius <= b.radius + std::max(kBurrShare * b.radius, overhang);
+    };
     if (std::none_of(burr_.begin(), burr_.end(), isWithin)) firm_.push_back(leaf);
   }
 }

@@ -207,6 +207,73 @@ Sphere CutLattice::wallBall(const CutBlock& block, std::size_t point) const {
           std::min(block.clearance[point], block.depth[point]) - static_cast<float>(kPlay)};
 }
 
+namespace {
+
+// All in spacings.
+constexpr double kRimNear = 0.87;       // of a point of the rim from the nearest point of the lattice: half of a cell's diagonal
+constexpr double kRimCell = 0.6;        // along each axis, of a ball from its point: half a cell, and a little that overlaps
+constexpr double kRimBall = 0.1;        // radius that two balls of a point aim at, kRimApart from each other,
+constexpr double kSecondBall = 0.5;     // and the third, which closes the gap to the balls of the wall
+constexpr double kRimError = 1.0 / 64;  // of the interpolation beside a burr of 8 spacings
+constexpr double kRimApart = 0.5;       // of the two balls of a point
+constexpr double kRimAngle = 0.1;       // least square of the sine between both surfaces: below, there is no rim
+
+}  // namespace
+
+bool CutLattice::gradientsAt(const CutBlock& block, std::size_t point, Vector3d& depth, Vector3d& clearance) const {
+  for (int axis = 0; axis < 3; ++axis) {
+    const int at = static_cast<int>(point >> 3 * axis & 7);
+    depth[axis] = clearance[axis] = 0;
+    for (const int sign : {-1, 1}) {
+      const CutBlock* beside = &block;
+      if (at + sign < 0 || at + sign > 7) {
+        BlockPlace place = block.place;
+        place[static_cast<std::size_t>(axis)] += sign;
+        const std::int32_t index = find(place);
+        if (index < 0) return false;
+        beside = &storage_.blocks()[static_cast<std::size_t>(index)];
+      }
+      const std::size_t other = (point & ~(std::size_t{7} << 3 * axis)) | static_cast<std::size_t>((at + sign) & 7) << 3 * axis;
+      depth[axis] += sign * static_cast<double>(beside->depth[other]) / (2 * spacing_);
+      clearance[axis] += sign * static_cast<double>(beside->clearance[other]) / (2 * spacing_);
+    }
+  }
+  return true;
+}
+
+std::size_t CutLattice::rimOf(const CutBlock& block, Sphere* const to) const {
+  if (!block.meets_surface) return 0;
+  const auto near = static_cast<float>(kRimNear * spacing_);
+  std::size_t count = 0;
+  const auto add = [&](const Vector3d& centre) {
+    const Material material = at(centre);
+    const double radius = static_cast<double>(std::min(material.depth, material.clearance)) - kPlay - kRimError * spacing_;
+    if (radius > 0 && count < kMaxRim)
+      to[count++] = {static_cast<float>(centre.x()), static_cast<float>(centre.y()), static_cast<float>(centre.z()),
+                     static_cast<float>(radius)};
+  };
+  for (std::size_t point = 0; point < kBlockPoints; ++point) {
+    if (!(std::abs(block.depth[point]) < near && std::abs(block.clearance[point]) < near)) continue;
+    Vector3d of_depth, of_clearance;
+    if (!gradientsAt(block, point, of_depth, of_clearance)) continue;
+    const double a = of_depth.squaredNorm(), b = of_depth.dot(of_clearance), c = of_clearance.squaredNorm(), determinant = a * c - b * b;
+    if (!(determinant > kRimAngle)) continue;
+    // The shortest way to where both fields are `aim`.
+    const auto wayTo = [&](double aim) {
+      const double depth = aim - static_cast<double>(block.depth[point]), clearance = aim - static_cast<double>(block.clearance[point]);
+      return Vector3d(((c * depth - b * clearance) * of_depth + (a * clearance - b * depth) * of_clearance) / determinant);
+    };
+    const Vector3d way = wayTo(kPlay + kRimBall * spacing_);
+    if (way.cwiseAbs().maxCoeff() > kRimCell * spacing_) continue;  // nearer to another point
+    const Vector3d at_point = cornerOf(block.place) + spacing_ * Vector3d(double(point & 7), double(point >> 3 & 7), double(point >> 6));
+    const Vector3d along = kRimApart / 2 * spacing_ * of_depth.cross(of_clearance).normalized();
+    add(at_point + way - along);
+    add(at_point + way + along);
+    add(at_point + wayTo(kPlay + kSecondBall * spacing_));
+  }
+  return count;
+}
+
 void CutLattice::findNearWall(const CutBlock& block, const Vector3d& centre, double reach, std::uint8_t* near) const {
   WallRequest request{};
   const Vector3d corner = cornerOf(block.place) - centre;

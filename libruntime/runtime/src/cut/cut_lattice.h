@@ -29,6 +29,7 @@ struct CutBlock {
   std::uint8_t layer[kBlockPoints];     // innermost layer that contains the point
   std::uint8_t wall[kBlockPoints / 8];  // (row) bits of the points about which the wall has balls
   bool is_cut = false;                  // something was removed within reach of a point
+  bool meets_surface = false;           // some point is within a spacing of the object's surface
 };
 
 /// The blocks of the lattices of all objects, which are numbered. Allocated once.
@@ -116,6 +117,10 @@ class CutLattice {
     for (std::size_t row = 0; row < kBlockPoints / 8; ++row)
       for (unsigned lanes = near[row]; lanes; lanes &= lanes - 1) visit(8 * row + static_cast<std::size_t>(std::countr_zero(lanes)));
   }
+  static constexpr std::size_t kMaxRim = 64;
+  /// Small balls along the rim, where what was removed meets the surface of the object at an angle: those of the wall
+  /// would leave it round. Returns their number, at most kMaxRim.
+  std::size_t rimOf(const CutBlock& block, Sphere* to) const;
   double largestWallBall() const { return kWallSpacings * spacing_; }
 
  private:
@@ -126,6 +131,8 @@ class CutLattice {
     std::size_t first() const { return static_cast<std::size_t>((low[0] & 7) | (low[1] & 7) << 3 | (low[2] & 7) << 6); }  // in its block
   };
   CellPlace cellOf(const Eigen::Vector3d& point) const;
+  /// The gradients of both fields at a point of a block; false beside a block that was not made.
+  bool gradientsAt(const CutBlock& block, std::size_t point, Eigen::Vector3d& depth, Eigen::Vector3d& clearance) const;
   void findNearWall(const CutBlock& block, const Eigen::Vector3d& centre, double reach, std::uint8_t* near) const;
 
   static constexpr double kWallSpacings = 2.5;

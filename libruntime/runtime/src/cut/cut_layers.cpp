@@ -105,6 +105,8 @@ bool CutLayers::make(const BlockPlace& place, CutLattice& lattice, std::uint32_t
       block = lattice.add(place);
       if (!block) return false;
       std::copy_n(distance, kBlockPoints, block->depth);
+      const auto near = static_cast<float>(lattice.spacing());
+      block->meets_surface = std::any_of(std::begin(distance), std::end(distance), [near](float d) { return std::abs(d) < near; });
       std::fill_n(block->layer, kBlockPoints, std::uint8_t{0});
       continue;
     }

@@ -387,26 +387,33 @@ bool Cutter::addWallsOf(Work& work, const Configuration& pose, double margin, st
   for (const CutBlock& block : storage_.blocks()) {
     if (!work.lattice.hasWall(block)) continue;
     const Vector3d corner = work.lattice.cornerOf(block.place), opposite = corner.array() + side;
+    std::size_t rim_count = 0;
     bool is_first = true, fits = true;
     for (const NearPart& part : near_parts_) {
       ++tests;
       const double reach = part.reach + largest;
       if ((part.at - part.at.cwiseMax(corner).cwiseMin(opposite)).squaredNorm() > reach * reach) continue;
-      if (is_first) wall_of_.fill(kNoItem);
+      if (is_first) {
+        wall_of_.fill(kNoItem);
+        rim_count = work.lattice.rimOf(block, rim_.data());
+        tests += kBlockPoints / 8;
+      }
       is_first = false;
-      tests += kBlockPoints / 8;
-      work.lattice.visitWall(block, part.at, part.reach, [&](std::size_t point) {
-        const Sphere ball = work.lattice.wallBall(block, point);
+      tests += kBlockPoints / 8 + static_cast<std::uint32_t>(rim_count);
+      const auto add = [&](std::size_t number, const Sphere& ball) {
         const double sum = part.reach + static_cast<double>(ball.radius);
         if (!fits || (part.at - centreOf(ball)).squaredNorm() > sum * sum) return;
-        fits = pairs_.size() < capacity && (wall_of_[point] != kNoItem || wall_count_ < walls_.size());
+        std::uint32_t& slot = wall_of_[number];
+        fits = pairs_.size() < capacity && (slot != kNoItem || wall_count_ < walls_.size());
         if (!fits) return;
-        if (wall_of_[point] == kNoItem) {
-          wall_of_[point] = static_cast<std::uint32_t>(wall_count_);
+        if (slot == kNoItem) {
+          slot = static_cast<std::uint32_t>(wall_count_);
           walls_[wall_count_++] = ball;
         }
-        pairs_.push_back(part.slot << 16 | wall_of_[point]);
-      });
+        pairs_.push_back(part.slot << 16 | slot);
+      };
+      work.lattice.visitWall(block, part.at, part.reach, [&](std::size_t point) { add(point, work.lattice.wallBall(block, point)); });
+      for (std::size_t k = 0; k < rim_count; ++k) add(kBlockPoints + k, rim_[k]);
       if (!fits) return false;
     }
   }
