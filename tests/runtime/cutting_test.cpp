@@ -356,12 +356,12 @@ TEST(CutLattice, ItsBallsLieAlongTheWallAndNeverBeyondIt) {
       return (p - c.first - std::clamp((p - c.first).dot(way) / way.squaredNorm(), 0.0, 1.0) * way).norm() - kBurr;
     };
     std::vector<Sphere> wall;
-    for (const CutBlock& block : storage.blocks())
+    for (CutBlock& block : storage.blocks())
       if (lattice.hasWall(block)) {
         lattice.visitWall(block, lattice.middleOf(block.place), 100,
                           [&](std::size_t point) { wall.push_back(lattice.wallBall(block, point)); });
-        std::array<Sphere, CutLattice::kMaxRim> rim;
-        wall.insert(wall.end(), rim.begin(), rim.begin() + static_cast<std::ptrdiff_t>(lattice.rimOf(block, rim.data())));
+        const std::span<const Sphere> rim = lattice.rimOf(block);
+        wall.insert(wall.end(), rim.begin(), rim.end());
       }
     Random random(11);
     for (const Sphere& s : wall) {  // in the material, as a ball

@@ -63,6 +63,7 @@ CutBlock* CutLattice::add(const BlockPlace& place) {
   std::fill_n(block->clearance, kBlockPoints, static_cast<float>(reach_));
   std::fill_n(block->row_most, kBlockPoints / 8, static_cast<float>(reach_));
   std::fill_n(block->wall, kBlockPoints / 8, std::uint8_t{0});
+  block->knows_rim = false;
   return block;
 }
 
@@ -140,8 +141,7 @@ bool CutLattice::isClearanceBelow(double limit, const Vector3d& point) const {
 
 double CutLattice::distanceFromCut(const Vector3d& point) const {
   if (!is_cut_) return std::numeric_limits<double>::infinity();
-  const Vector3d low = cornerOf(cut_low_), high = cornerOf(cut_high_) + Vector3d::Constant(8 * spacing_);
-  return (point - point.cwiseMax(low).cwiseMin(high)).norm();
+  return (point - point.cwiseMax(cut_low_).cwiseMin(cut_high_)).norm();
 }
 
 std::uint8_t CutLattice::layerAt(const Vector3d& point) const {
@@ -181,10 +181,10 @@ std::uint32_t CutLattice::remove(const Vector3d& from, const Vector3d& to, doubl
         if ((middle - along * way).norm() > far + blockRadius()) continue;
         CutBlock& block = storage_.blocks()[static_cast<std::size_t>(index)];
         block.is_cut = true;
-        for (std::size_t k = 0; k < 3; ++k) {
-          cut_low_[k] = is_cut_ ? std::min(cut_low_[k], place[k]) : place[k];
-          cut_high_[k] = is_cut_ ? std::max(cut_high_[k], place[k]) : place[k];
-        }
+        block.knows_rim = false;
+        const Vector3d block_low = cornerOf(place), block_high = block_low.array() + 8 * spacing_;
+        cut_low_ = is_cut_ ? cut_low_.cwiseMin(block_low).eval() : block_low;
+        cut_high_ = is_cut_ ? cut_high_.cwiseMax(block_high).eval() : block_high;
         is_cut_ = true;
         const Vector3d corner = cornerOf(place) - from;  // small numbers, so that floats are exact enough
         for (int k = 0; k < 3; ++k) request.corner[k] = static_cast<float>(corner[k]);
@@ -241,16 +241,22 @@ bool CutLattice::gradientsAt(const CutBlock& block, std::size_t point, Vector3d&
   return true;
 }
 
-std::size_t CutLattice::rimOf(const CutBlock& block, Sphere* const to) const {
-  if (!block.meets_surface) return 0;
+std::span<const Sphere> CutLattice::rimOf(CutBlock& block) const {
+  if (!block.knows_rim) findRim(block);
+  return {block.rim, block.rim_count};
+}
+
+void CutLattice::findRim(CutBlock& block) const {
+  block.knows_rim = true;
+  block.rim_count = 0;
+  if (!block.meets_surface) return;
   const auto near = static_cast<float>(kRimNear * spacing_);
-  std::size_t count = 0;
   const auto add = [&](const Vector3d& centre) {
     const Material material = at(centre);
     const double radius = static_cast<double>(std::min(material.depth, material.clearance)) - kPlay - kRimError * spacing_;
-    if (radius > 0 && count < kMaxRim)
-      to[count++] = {static_cast<float>(centre.x()), static_cast<float>(centre.y()), static_cast<float>(centre.z()),
-                     static_cast<float>(radius)};
+    if (radius > 0 && block.rim_count < kMaxRimBalls)
+      block.rim[block.rim_count++] = {static_cast<float>(centre.x()), static_cast<float>(centre.y()), static_cast<float>(centre.z()),
+                                      static_cast<float>(radius)};
   };
   for (std::size_t point = 0; point < kBlockPoints; ++point) {
     if (!(std::abs(block.depth[point]) < near && std::abs(block.clearance[point]) < near)) continue;
@@ -271,7 +277,6 @@ std::size_t CutLattice::rimOf(const CutBlock& block, Sphere* const to) const {
     add(at_point + way + along);
     add(at_point + wayTo(kPlay + kSecondBall * spacing_));
   }
-  return count;
 }
 
 void CutLattice::findNearWall(const CutBlock& block, const Vector3d& centre, double reach, std::uint8_t* near) const {

@@ -20,6 +20,8 @@ namespace spheretree::runtime {
 
 using BlockPlace = std::array<std::int32_t, 3>;  // of a block in the lattice, in blocks
 
+inline constexpr std::size_t kMaxRimBalls = 64;  // of a block
+
 struct CutBlock {
   BlockPlace place{};
   std::uint32_t lattice = 0;            // that it belongs to
@@ -30,6 +32,9 @@ struct CutBlock {
   std::uint8_t wall[kBlockPoints / 8];  // (row) bits of the points about which the wall has balls
   bool is_cut = false;                  // something was removed within reach of a point
   bool meets_surface = false;           // some point is within a spacing of the object's surface
+  bool knows_rim = false;               // since something was removed near it
+  std::uint8_t rim_count = 0;
+  Sphere rim[kMaxRimBalls];  // CutLattice::rimOf
 };
 
 /// The blocks of the lattices of all objects, which are numbered. Allocated once.
@@ -96,6 +101,10 @@ class CutLattice {
 
   /// Both fields, interpolated. Where no block is, there is neither material nor anything removed.
   Material at(const Eigen::Vector3d& point) const;
+  /// Whether it is in the box around all blocks that were cut; beyond it, nothing is removed.
+  bool isNearCut(const Eigen::Vector3d& point) const {
+    return is_cut_ && (point.array() >= cut_low_.array()).all() && (point.array() <= cut_high_.array()).all();
+  }
   /// Whether the interpolated clearance is below `limit`, which most often one point of the lattice tells.
   bool isClearanceBelow(double limit, const Eigen::Vector3d& point) const;
   std::uint8_t layerAt(const Eigen::Vector3d& point) const;
@@ -117,10 +126,9 @@ class CutLattice {
     for (std::size_t row = 0; row < kBlockPoints / 8; ++row)
       for (unsigned lanes = near[row]; lanes; lanes &= lanes - 1) visit(8 * row + static_cast<std::size_t>(std::countr_zero(lanes)));
   }
-  static constexpr std::size_t kMaxRim = 64;
   /// Small balls along the rim, where what was removed meets the surface of the object at an angle: those of the wall
-  /// would leave it round. Returns their number, at most kMaxRim.
-  std::size_t rimOf(const CutBlock& block, Sphere* to) const;
+  /// would leave it round. Found anew where something was removed since.
+  std::span<const Sphere> rimOf(CutBlock& block) const;
   double largestWallBall() const { return kWallSpacings * spacing_; }
 
  private:
@@ -131,6 +139,7 @@ class CutLattice {
     std::size_t first() const { return static_cast<std::size_t>((low[0] & 7) | (low[1] & 7) << 3 | (low[2] & 7) << 6); }  // in its block
   };
   CellPlace cellOf(const Eigen::Vector3d& point) const;
+  void findRim(CutBlock& block) const;
   /// The gradients of both fields at a point of a block; false beside a block that was not made.
   bool gradientsAt(const CutBlock& block, std::size_t point, Eigen::Vector3d& depth, Eigen::Vector3d& clearance) const;
   void findNearWall(const CutBlock& block, const Eigen::Vector3d& centre, double reach, std::uint8_t* near) const;
@@ -144,7 +153,7 @@ class CutLattice {
   std::uint32_t number_;
   double spacing_, reach_;
   bool is_cut_ = false;
-  BlockPlace cut_low_{}, cut_high_{};  // of the blocks that were cut
+  Eigen::Vector3d cut_low_{0, 0, 0}, cut_high_{0, 0, 0};  // of the blocks that were cut
 };
 
 }  // namespace spheretree::runtime

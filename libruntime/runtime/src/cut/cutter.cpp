@@ -27,7 +27,7 @@ constexpr int kFacets = 192;                // of a burr ball: each turns by 8 d
 constexpr double kEdge = 0.25;              // the rim of what was removed is this wide, in spacings
 constexpr double kRoundingSlack = 1e-5;     // of distances in floats [mm]
 constexpr std::size_t kMaxWalls = 1 << 16;  // slots of a pair
-constexpr std::uint32_t kDropWork = 10;     // of a row whose touched point may be removed: in units of StepLimits::max_work
+constexpr std::uint32_t kDropWork = 10;     // of a row whose touched point is near what was removed [StepLimits::max_work]
 constexpr double kNoRow = 1e6;              // a larger gap is that of a row that holds always [mm]
 constexpr int kMaxTraces = 12;              // of the way to the material
 
@@ -137,7 +137,7 @@ Vector3d Cutter::localOf(const Work& work, const Vector3d& world) const {
 }
 
 bool Cutter::isRemoved(const Work& work, const Vector3d& point) {
-  return work.lattice.isCut() && work.lattice.isClearanceBelow(-kEdge * work.lattice.spacing(), point);
+  return work.lattice.isNearCut(point) && work.lattice.isClearanceBelow(-kEdge * work.lattice.spacing(), point);
 }
 
 bool Cutter::isRemoved(std::size_t object, const Vector3d& point) const {
@@ -384,10 +384,10 @@ bool Cutter::addWallsOf(Work& work, const Configuration& pose, double margin, st
   if (near_parts_.empty()) return true;
   const double largest = work.lattice.largestWallBall(), side = 7 * work.lattice.spacing();
   const std::size_t begin = pairs_.size(), capacity = scene_.step_limits.max_pairs;
-  for (const CutBlock& block : storage_.blocks()) {
+  for (CutBlock& block : storage_.blocks()) {
     if (!work.lattice.hasWall(block)) continue;
     const Vector3d corner = work.lattice.cornerOf(block.place), opposite = corner.array() + side;
-    std::size_t rim_count = 0;
+    std::span<const Sphere> rim;
     bool is_first = true, fits = true;
     for (const NearPart& part : near_parts_) {
       ++tests;
@@ -395,11 +395,11 @@ bool Cutter::addWallsOf(Work& work, const Configuration& pose, double margin, st
       if ((part.at - part.at.cwiseMax(corner).cwiseMin(opposite)).squaredNorm() > reach * reach) continue;
       if (is_first) {
         wall_of_.fill(kNoItem);
-        rim_count = work.lattice.rimOf(block, rim_.data());
+        rim = work.lattice.rimOf(block);
         tests += kBlockPoints / 8;
       }
       is_first = false;
-      tests += kBlockPoints / 8 + static_cast<std::uint32_t>(rim_count);
+      tests += static_cast<std::uint32_t>(kBlockPoints / 8 + rim.size());
       const auto add = [&](std::size_t number, const Sphere& ball) {
         const double sum = part.reach + static_cast<double>(ball.radius);
         if (!fits || (part.at - centreOf(ball)).squaredNorm() > sum * sum) return;
@@ -413,7 +413,7 @@ bool Cutter::addWallsOf(Work& work, const Configuration& pose, double margin, st
         pairs_.push_back(part.slot << 16 | slot);
       };
       work.lattice.visitWall(block, part.at, part.reach, [&](std::size_t point) { add(point, work.lattice.wallBall(block, point)); });
-      for (std::size_t k = 0; k < rim_count; ++k) add(kBlockPoints + k, rim_[k]);
+      for (std::size_t k = 0; k < rim.size(); ++k) add(kBlockPoints + k, rim[k]);
       if (!fits) return false;
     }
   }
@@ -444,13 +444,14 @@ void Cutter::addWalls(const Configuration& pose, double margin, PairSet& set) {
 }
 
 std::uint32_t Cutter::dropRemoved(const PairSet& set, std::uint32_t first, const Configuration& pose, RowSet& rows) const {
-  const Eigen::Matrix3d rotation = pose.orientation.toRotationMatrix();
   bool is_changed = false;
   std::uint32_t work_done = 0;
   for (const PairRun& run : set.runs) {
     const Work* const work = run.of_wall ? nullptr : workOf(run.object);
     if (!work || !work->lattice.isCut()) continue;
-    work_done += kDropWork * run.count;
+    work_done += run.count;
+    const Eigen::Matrix3d back = memory_.objects[run.object].rotation.transpose(), turn = back * pose.orientation.toRotationMatrix();
+    const Vector3d origin = localOf(*work, pose.position);
     for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i) {
       const std::uint32_t row = first + i;
       const auto weight = static_cast<double>(rows.weight[row]);
@@ -459,8 +460,10 @@ std::uint32_t Cutter::dropRemoved(const PairSet& set, std::uint32_t first, const
       const Sphere& ball = scene_.tool.spheres[set.pairs[i] >> 16];
       Vector3d normal;
       for (std::size_t k = 0; k < 3; ++k) normal[static_cast<Eigen::Index>(k)] = static_cast<double>(rows.rows.a[k][row]) / weight;
-      const Vector3d touched = pose.position + rotation * centreOf(ball) - (static_cast<double>(ball.radius) + gap) * normal;
-      if (!isRemoved(*work, localOf(*work, touched))) continue;
+      const Vector3d touched = origin + turn * centreOf(ball) - (static_cast<double>(ball.radius) + gap) * (back * normal);
+      if (!work->lattice.isNearCut(touched)) continue;
+      work_done += kDropWork;
+      if (!isRemoved(*work, touched)) continue;
       for (std::size_t k = 0; k < 6; ++k) memory_.rowArray(k)[row] = 0;
       rows.b[row] = std::min(rows.b[row], 0.0f);  // keeps its gap, since the tool may come to where the surface is left
       is_changed = true;

@@ -87,9 +87,8 @@ class Cutter final : public Cutting {
   std::vector<NearPart> near_parts_;
   std::vector<Sphere> walls_;  // of which wall_count_ are used
   std::size_t wall_count_ = 0;
-  // Scratch of a block: of its points, then of its rim, the ball in walls_ or kNoItem; the balls of its rim.
-  std::array<std::uint32_t, kBlockPoints + CutLattice::kMaxRim> wall_of_{};
-  std::array<Sphere, CutLattice::kMaxRim> rim_{};
+  // Scratch of a block: of its points, then of its rim, the ball in walls_ or kNoItem.
+  std::array<std::uint32_t, kBlockPoints + kMaxRimBalls> wall_of_{};
   std::vector<std::uint32_t> pairs_;
   std::vector<PairRun> runs_;
 };
