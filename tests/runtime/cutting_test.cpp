@@ -264,6 +264,26 @@ TEST(Cutting, ABurrLeavesItsHoleWithoutResistance) {
   EXPECT_NEAR(sumOf(cutState(0, *rig.workspace)) / before, 1, 1e-3);
 }
 
+// An edge between two triangles of the surface passes a little inside the hole: the triangle beyond it has its nearest
+// point where material was removed.
+TEST(Cutting, ARestingBurrIsNotCaughtByWhatItRemoved) {
+  for (const double inside : {0.001, 0.003, 0.006, 0.01, 0.015, 0.02})
+    for (const int side : {-1, 1}) {
+      Rig rig(drill({8, {}, 0}));
+      const double to_diagonal = side * (kBurr - inside) / std::sqrt(2.0);
+      for (const int other : {-1, 1}) {  // either may be an edge of the block's skin
+        const Vector3d at(1.7 * other + to_diagonal, 1.7 + other * -to_diagonal, 0);
+        const Vector3d bottom = drillDown(rig, at, 0.8);
+        StepResult r;
+        for (int n = 0; n < 100; ++n) {
+          r = rig.toPoint(bottom + 0.02 * n * Vector3d(-0.3 * side, 0.3 * side * other, 1));
+          ASSERT_GE(r.wrench.force.z(), -0.1) << inside << " " << side << " " << other << " step " << n;
+        }
+        EXPECT_LT(r.wrench.force.norm(), 1e-6);
+      }
+    }
+}
+
 // The same block twice: each keeps what was removed of it, and only of it.
 TEST(Cutting, ObjectsAreCutByThemselves) {
   SceneDescription d = drill({8, {}, 0});

@@ -132,13 +132,14 @@ Material CutLattice::at(const Vector3d& point) const {
   return sum;
 }
 
-bool CutLattice::isClearanceBelow(double limit, const Vector3d& point) const {
+bool CutLattice::isRemoved(const Vector3d& point) const {
+  if (!isNearCut(point)) return false;
   const CellPlace cell = cellOf(point);
   const std::int32_t index = find({cell.low[0] >> 3, cell.low[1] >> 3, cell.low[2] >> 3});
   const double near = index >= 0 ? static_cast<double>(storage_.blocks()[static_cast<std::size_t>(index)].clearance[cell.first()]) : reach_;
   // A distance changes by no more than its point moves: no corner of the cell differs by more than its diagonal.
-  if (std::abs(near - limit) > 1.74 * spacing_) return near < limit;
-  return at(point).clearance < limit;
+  if (std::abs(near - kPlay) > 1.74 * spacing_) return near < kPlay;
+  return static_cast<double>(at(point).clearance) < kPlay;
 }
 
 double CutLattice::distanceFromCut(const Vector3d& point) const {

@@ -105,8 +105,8 @@ class CutLattice {
   bool isNearCut(const Eigen::Vector3d& point) const {
     return is_cut_ && (point.array() >= cut_low_.array()).all() && (point.array() <= cut_high_.array()).all();
   }
-  /// Whether the interpolated clearance is below `limit`, which most often one point of the lattice tells.
-  bool isClearanceBelow(double limit, const Eigen::Vector3d& point) const;
+  /// Whether it is where no ball of the wall may be: in what was removed, or within the play of it.
+  bool isRemoved(const Eigen::Vector3d& point) const;
   std::uint8_t layerAt(const Eigen::Vector3d& point) const;
 
   /// Removes the points within `radius` of the segment. `volume`: (layer) what this takes off is added, by the share of

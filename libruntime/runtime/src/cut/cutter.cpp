@@ -136,13 +136,9 @@ Vector3d Cutter::localOf(const Work& work, const Vector3d& world) const {
   return object.rotation.transpose() * (world - object.anchor);
 }
 
-bool Cutter::isRemoved(const Work& work, const Vector3d& point) {
-  return work.lattice.isNearCut(point) && work.lattice.isClearanceBelow(-kEdge * work.lattice.spacing(), point);
-}
-
 bool Cutter::isRemoved(std::size_t object, const Vector3d& point) const {
   const Work* const work = workOf(object);
-  return work && isRemoved(*work, point);
+  return work && work->lattice.isRemoved(point);
 }
 
 // Makes the blocks within `needed` of the ball, and some of those within `ahead` of that. No surface is within `free`
@@ -463,7 +459,7 @@ std::uint32_t Cutter::dropRemoved(const PairSet& set, std::uint32_t first, const
       const Vector3d touched = origin + turn * centreOf(ball) - (static_cast<double>(ball.radius) + gap) * (back * normal);
       if (!work->lattice.isNearCut(touched)) continue;
       work_done += kDropWork;
-      if (!isRemoved(*work, touched)) continue;
+      if (!work->lattice.isRemoved(touched)) continue;
       for (std::size_t k = 0; k < 6; ++k) memory_.rowArray(k)[row] = 0;
       rows.b[row] = std::min(rows.b[row], 0.0f);  // keeps its gap, since the tool may come to where the surface is left
       is_changed = true;

@@ -61,7 +61,6 @@ class Cutter final : public Cutting {
   Work makeWork(std::uint32_t object);
   Work* workOf(std::size_t object);
   const Work* workOf(std::size_t object) const;
-  static bool isRemoved(const Work& work, const Eigen::Vector3d& point);
   Eigen::Vector3d localOf(const Work& work, const Eigen::Vector3d& world) const;
   Reach prepare(Work& work, std::size_t ball, double way, std::uint32_t max_work, StepResult& result);
   bool makeBlocks(Work& work, Near& near, double needed, double ahead, double free, std::uint32_t max_work, StepResult& result);
