@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Our Voronoi balls (CGAL) against TetGen's Voronoi vertices of the same points. TetGen runs as a separate program.
+// The balls of the medial axis (CGAL) against TetGen's Voronoi vertices of the same points. TetGen is a program of its
+// own.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,7 +10,7 @@
 #include <string>
 
 #include "geometry/surface_samples.h"
-#include "medial/voronoi_balls.h"
+#include "medial/adaptive_medial_axis.h"
 #include "support/random.h"
 #include "support/scratch_folder.h"
 #include "support/shapes.h"
@@ -50,7 +51,12 @@ TEST(VoronoiOracle, TheSameVerticesAsTetGen) {
     const std::vector<Vector3d> theirs = verticesByTetGen(points);
     ASSERT_GT(theirs.size(), points.size());
     std::vector<Vector3d> ours;
-    for (const Ball& b : voronoiBalls(points, field)) ours.push_back(b.centre);
+    AdaptiveMedialAxis axis(field, points);
+    Progress progress;
+    const AdaptiveMedialAxis::Target as_it_is[] = {{.overhang = kInfinity}};
+    // Balls at vertices come first; then those of sites without one.
+    const std::vector<FittedBall> balls = axis.refine([](const Vector3d&) { return 0u; }, as_it_is, progress)[0];
+    for (std::size_t i = 0; i < std::min(balls.size(), axis.ballCount()); ++i) ours.push_back(balls[i].centre);
     ASSERT_GT(ours.size(), points.size());
     for (const Vector3d& c : ours) EXPECT_LT(nearest(c, theirs), kSame);
     std::size_t inside = 0;

@@ -8,28 +8,18 @@
 #include <numeric>
 #include <utility>
 
-#include "base/thinned.h"
+#include "cover/farthest_points.h"
 #include "geometry/surface_samples.h"
-#include "medial/shrinking_balls.h"
-#include "medial/voronoi_balls.h"
 #include "tree/hierarchy.h"
 
 namespace spheretree::builder {
 
 namespace {
 
-constexpr int kMaxGuesses = 4;  // guesses of the number of leaves for a tolerance; each has about half the error of the previous one
-constexpr std::size_t kMedialSamplesASphere = 3;  // points of the Delaunay triangulation for each sphere, at least
-constexpr std::size_t kFewInside = 2;             // pools with fewer Voronoi balls than one over this of the samples are of a thin solid
-constexpr std::size_t kMinCandidates = 400, kManyCandidates = 200'000;
-constexpr std::size_t kCandidatesIfMany = 8;  // for each sphere, if there are many; memory grows with them
+constexpr std::size_t kSamplesASphere = 16, kMinSamples = 1000;  // from which a search starts
 
 struct Effort {
-  std::size_t samples_a_sphere, min_samples;
-  std::size_t candidates_a_sphere;  // of the first choice, from which the cover search starts; more of them hardly improve the result
-  std::size_t medial_samples;       // points of the Delaunay triangulation, at least kMedialSamplesASphere for each sphere
-  std::size_t touching_samples;     // how many of these points get a shrinking ball
-  double search_moves;              // for each sphere
+  double search_moves;  // for each sphere
   std::uint64_t search_work;
   double search_step, last_step;
   double gap_tolerance;
@@ -41,13 +31,8 @@ struct Effort {
 Effort effortOf(Quality quality) {
   switch (quality) {
     case Quality::Quick:
-      return {.samples_a_sphere = 10,
-              .min_samples = 300,
-              .candidates_a_sphere = 6,
-              .medial_samples = 1500,
-              .touching_samples = 300,
-              .search_moves = 0.36,
-              .search_work = 10'000'000,
+      return {.search_moves = 0.4,
+              .search_work = 40'000'000,
               .search_step = 0.08,
               .last_step = 0.012,
               .gap_tolerance = 0.03,
@@ -55,13 +40,8 @@ Effort effortOf(Quality quality) {
               .removal_failures = 5,
               .starts = 1};
     case Quality::Standard:
-      return {.samples_a_sphere = 16,
-              .min_samples = 1000,
-              .candidates_a_sphere = 20,
-              .medial_samples = 6000,
-              .touching_samples = 1500,
-              .search_moves = 0.7,
-              .search_work = 40'000'000,
+      return {.search_moves = 0.7,
+              .search_work = 80'000'000,
               .search_step = 0.06,
               .last_step = 0.007,
               .gap_tolerance = 0.02,
@@ -69,12 +49,7 @@ Effort effortOf(Quality quality) {
               .removal_failures = 6,
               .starts = 1};
     case Quality::Best:
-      return {.samples_a_sphere = 16,
-              .min_samples = 1000,
-              .candidates_a_sphere = 20,
-              .medial_samples = 6000,
-              .touching_samples = 1500,
-              .search_moves = 2.2,
+      return {.search_moves = 2.2,
               .search_work = 400'000'000,
               .search_step = 0.04,
               .last_step = 0.0008,
@@ -86,69 +61,30 @@ Effort effortOf(Quality quality) {
   return {};
 }
 
-// Voronoi vertices and shrinking balls of one sampling of the surface, with `count` points.
-std::vector<Ball> medialPool(const TriangleMesh& mesh, const DistanceField& field, std::size_t count, const Effort& effort,
-                             std::uint64_t seed, bool is_soft, Progress& progress) {
-  SampleSettings sampling;
-  sampling.count = count;
-  sampling.seed = seed;
-  const std::vector<SurfaceSample> samples = sampleSurface(mesh, sampling);
-  // Balls for tissue lie between the surface and a sheet near the medial axis, where there are no Voronoi vertices.
-  if (is_soft) return shrinkingBalls(samples, field);
-  std::vector<Eigen::Vector3d> points;
-  for (const SurfaceSample& s : samples) points.push_back(s.point);
-  progress.check();
-  std::vector<Ball> pool = voronoiBalls(points, field);
-  progress.check();
-  // In a solid thinner than the spacing of the samples, Voronoi vertices lie outside and are useless.
-  const bool thin = pool.size() < samples.size() / kFewInside;
-  const std::vector<Ball> touching = shrinkingBalls(thinned(samples, thin ? samples.size() : effort.touching_samples), field);
-  pool.insert(pool.end(), touching.begin(), touching.end());
-  return pool;
-}
-
 }  // namespace
 
 LevelBalls CoverBuilder::build(const BuildSettings& settings, Progress& progress, std::span<const std::vector<Ball>> start) {
   start_ = start;
-  if (settings.quality != quality_ || settings.seed != seed_ || (settings.soft_share > 0) != is_soft_ || pool_.empty()) {
+  if (settings.quality != quality_ || settings.seed != seed_) {
     quality_ = settings.quality;
     seed_ = settings.seed;
-    is_soft_ = settings.soft_share > 0;
-    pool_samples_ = 0;
     covers_.clear();
     leaves_.clear();
   }
+  progress.stage("cover");
   std::size_t full = 1;
   for (int level = 1; level < settings.levels; ++level) full *= static_cast<std::size_t>(settings.branching);
   const std::size_t budget = settings.max_leaves > 0 ? std::min(full, static_cast<std::size_t>(settings.max_leaves)) : full;
   if (settings.tolerance_mm > 0) return levelsAbove(coverWithin(settings.tolerance_mm, budget, progress), full, settings, progress);
-  fitPool(budget, progress);
   return levelsAbove(cover(budget, progress), full, settings, progress);
 }
 
-// Makes a pool that is fine enough for `spheres`.
-void CoverBuilder::fitPool(std::size_t spheres, Progress& progress) {
-  const Effort effort = effortOf(quality_);
-  const std::size_t samples = std::max(effort.medial_samples, kMedialSamplesASphere * spheres);
-  if (samples > pool_samples_) {
-    progress.stage("medial axis");
-    pool_ = medialPool(mesh_, field_, samples, effort, seed_, is_soft_, progress);
-    pool_samples_ = samples;
-    covers_.clear();
-    if (pool_.empty()) throw BuildError("no ball fits inside the mesh: it is too thin for double precision, or inside out");
-  }
-  progress.stage("cover");
-}
-
-// The search for `spheres` balls, started from balls of the pool.
+// The search for `spheres` balls, from farthest points or the given balls.
 CoverSearch CoverBuilder::startSearch(std::size_t spheres, std::uint64_t seed, Progress& progress) const {
   const Effort effort = effortOf(quality_);
   SampleSettings sampling;
-  sampling.count = std::max(effort.min_samples, effort.samples_a_sphere * spheres);
+  sampling.count = std::max(kMinSamples, kSamplesASphere * spheres);
   sampling.seed = seed + 1;
-  const std::size_t candidates =
-      std::max(kMinCandidates, std::min(effort.candidates_a_sphere * spheres, std::max(kManyCandidates, kCandidatesIfMany * spheres)));
   SearchSettings search;
   search.moves = kMovesBeside + static_cast<int>(effort.search_moves * static_cast<double>(spheres));
   search.step = effort.search_step;
@@ -157,14 +93,10 @@ CoverSearch CoverBuilder::startSearch(std::size_t spheres, std::uint64_t seed, P
   search.failures = effort.removal_failures;
   search.gap_tolerance = effort.gap_tolerance;
   search.removal_moves = effort.removal_moves;
-  const std::vector<SurfaceSample> samples = sampleSurface(mesh_, sampling);
-  ChosenBalls start;
-  if (start_.empty()) {
-    start = chooseBalls(mesh_, field_, samples, thinned(pool_, candidates), spheres, seed + spheres, progress);
-  } else {
-    start = {startFor(spheres), {}, spheres, seed + spheres};
-    for (const SurfaceSample& s : samples) start.samples.push_back(s.point);
-  }
+  SearchStart start{.count = spheres, .seed = seed + spheres};
+  for (const SurfaceSample& s : sampleSurface(mesh_, sampling)) start.samples.push_back(s.point);
+  start.balls = start_.empty() ? farthestPointBalls(field_, start.samples, spheres) : startFor(spheres);
+  if (start.balls.empty()) throw BuildError("no ball fits inside the mesh: it is too thin for double precision, or inside out");
   return {mesh_, field_, std::move(start), search, progress};
 }
 
@@ -185,30 +117,16 @@ const Cover& CoverBuilder::cover(std::size_t spheres, Progress& progress) {
   return covers_[spheres] = search.cover();
 }
 
-// Estimates the number of leaves for a stand-off from greedy covers of few samples: the stand-off is a power of that
-// number.
-std::size_t CoverBuilder::guessLeaves(double stand_off, std::size_t max_leaves, Progress& progress) {
-  auto guess = static_cast<std::size_t>(std::sqrt(static_cast<double>(max_leaves)));
-  for (int round = 0, last = 0; round < kMaxGuesses && last != static_cast<int>(guess); ++round) {
-    last = static_cast<int>(guess);
-    fitPool(guess, progress);
-    SampleSettings sampling;
-    sampling.count = std::max<std::size_t>(kRoughSamples * guess, kMinRoughSamples);
-    sampling.seed = seed_ + 1;
-    const double rough = roughStandOff(field_, sampleSurface(mesh_, sampling), pool_, guess, progress);
-    guess = static_cast<std::size_t>(std::clamp(static_cast<double>(guess) * rough / stand_off, 1.0, static_cast<double>(max_leaves)));
-  }
-  return guess;
-}
-
 // The smallest number of leaves found, starting from the leaves of the last tolerance if there was one, otherwise from
 // an estimated number.
 Cover CoverBuilder::coverWithin(double stand_off, std::size_t max_leaves, Progress& progress) {
   const bool begins = leaves_.empty();
   std::size_t guess = 0;
   if (begins) {
-    guess = guessLeaves(stand_off, max_leaves, progress);
-    fitPool(guess, progress);
+    // The stand-off is about in inverse proportion to the number of balls.
+    guess = static_cast<std::size_t>(std::sqrt(static_cast<double>(max_leaves)));
+    const double found = startSearch(guess, seed_, progress).standOff();
+    guess = static_cast<std::size_t>(std::clamp(static_cast<double>(guess) * found / stand_off, 1.0, static_cast<double>(max_leaves)));
     leaves_ = std::vector<std::optional<CoverSearch>>(effortOf(quality_).starts);
   }
   // Each search ends in a local optimum of its own.

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "base/ball.h"
-#include "cover/choose_balls.h"
 #include "cover/cover_search.h"
 #include "geometry/distance_field.h"
 #include "spheretree/builder/build_settings.h"
@@ -17,7 +16,7 @@
 
 namespace spheretree::builder {
 
-/// Covers of one mesh. A call continues from the results of earlier calls: the medial pool, the levels above the
+/// Covers of one mesh. A call continues from the results of earlier calls: the levels above the
 /// leaves, and with a tolerance also the leaves, to which it adds balls or from which it removes some.
 class CoverBuilder {
  public:
@@ -29,14 +28,12 @@ class CoverBuilder {
   /// the smallest set that was found whose stand-off stays within it; if the largest allowed number of leaves does not
   /// suffice, that number is used. The same sequence of calls gives the same balls for any number of threads. Calls may
   /// differ in levels, branching, max_leaves and tolerance_mm; with another quality or seed the builder starts again.
-  /// `start`: levels of balls of another builder, from which the searches start instead of from balls of the pool, and
-  /// the same in each call; may be empty.
+  /// `start`: levels of balls of another builder, from which the searches start, the same in each call; may be empty.
+  /// @throws BuildError if no ball fits inside the mesh.
   LevelBalls build(const BuildSettings& settings, Progress& progress, std::span<const std::vector<Ball>> start = {});
 
  private:
   std::vector<Ball> startFor(std::size_t spheres) const;
-  void fitPool(std::size_t spheres, Progress& progress);
-  std::size_t guessLeaves(double stand_off, std::size_t max_leaves, Progress& progress);
   CoverSearch startSearch(std::size_t spheres, std::uint64_t seed, Progress& progress) const;
   const Cover& cover(std::size_t spheres, Progress& progress);
   Cover coverWithin(double stand_off, std::size_t max_leaves, Progress& progress);
@@ -46,10 +43,7 @@ class CoverBuilder {
   const DistanceField& field_;
   Quality quality_ = Quality::Standard;
   std::uint64_t seed_ = 0;
-  bool is_soft_ = false;
   std::span<const std::vector<Ball>> start_;
-  std::vector<Ball> pool_;
-  std::size_t pool_samples_ = 0;                    // number of samples that the pool was made from
   std::map<std::size_t, Cover> covers_;             // by number of spheres
   std::vector<std::optional<CoverSearch>> leaves_;  // searches of the leaves for the last tolerance
 };

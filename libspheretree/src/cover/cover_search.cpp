@@ -29,7 +29,7 @@ constexpr std::array<double, 2> kGoalRises{0, 0.5};  // rises of the stand-off t
 
 }  // namespace
 
-CoverSearch::CoverSearch(const TriangleMesh& mesh, const DistanceField& field, ChosenBalls start, const SearchSettings& settings,
+CoverSearch::CoverSearch(const TriangleMesh& mesh, const DistanceField& field, SearchStart start, const SearchSettings& settings,
                          Progress& progress)
     : settings_(settings),
       points_(std::move(start.samples)),

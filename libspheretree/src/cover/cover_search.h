@@ -22,7 +22,7 @@ struct Cover {
 };
 
 /// The start of a search.
-struct ChosenBalls {
+struct SearchStart {
   std::vector<Ball> balls;               // radius d(c)
   std::vector<Eigen::Vector3d> samples;  // on the surface
   std::size_t count = 0;                 // of the balls of the search, which adds or removes some first; 0: as many as are given
@@ -47,7 +47,7 @@ class CoverSearch {
  public:
   /// Distributes the balls on the samples, then also covers the mesh between the samples, with a stand-off that is
   /// determined here. `mesh` and `field` must outlive the search.
-  CoverSearch(const TriangleMesh& mesh, const DistanceField& field, ChosenBalls start, const SearchSettings& settings, Progress& progress);
+  CoverSearch(const TriangleMesh& mesh, const DistanceField& field, SearchStart start, const SearchSettings& settings, Progress& progress);
 
   /// The best cover so far: inscribed balls that, grown by standOff(), cover the mesh except for gaps too small to
   /// sample.

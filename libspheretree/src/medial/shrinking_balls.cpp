@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "medial/shrinking_balls.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -48,16 +46,6 @@ Ball shrinkingBall(const DistanceField& field, const Vector3d& point, const Vect
 Ball touchingBall(const DistanceField& field, const Vector3d& p) {
   const NearestPoint touch = field.nearest(p);
   return shrinkingBall(field, touch.point, field.pseudonormal(touch));
-}
-
-std::vector<Ball> shrinkingBalls(std::span<const SurfaceSample> samples, const DistanceField& field) {
-  std::vector<Ball> all(samples.size());
-  tbb::parallel_for(std::size_t{0}, samples.size(),
-                    [&](std::size_t i) { all[i] = shrinkingBall(field, samples[i].point, samples[i].normal); });
-  std::vector<Ball> balls;
-  for (const Ball& b : all)
-    if (b.radius > 0) balls.push_back(b);
-  return balls;
 }
 
 }  // namespace spheretree::builder

@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// From surface samples to the medial balls that touch the surface there.
+// From a point of the surface to the medial ball that touches the surface there.
 // Paper: J. Ma, S. W. Bae, S. Choi. 3D medial axis point approximation using nearest neighbors and the normal field.
 //         The Visual Computer 28(1), 2012. Here the nearest neighbour is searched on the mesh, not among samples, so
 //         that every ball is inscribed and no angle threshold is needed.
 #pragma once
 
-#include <span>
-#include <vector>
-
 #include "base/ball.h"
 #include "geometry/distance_field.h"
-#include "geometry/surface_samples.h"
 
 namespace spheretree::builder {
 
@@ -25,11 +21,5 @@ Ball shrinkingBall(const DistanceField& field, const Eigen::Vector3d& point, con
 /// The largest inscribed ball that touches the surface at the surface point nearest to `p`, which may be any point.
 /// Radius 0 if no such ball exists.
 Ball touchingBall(const DistanceField& field, const Eigen::Vector3d& p);
-
-/// The largest inscribed ball that touches the surface at each sample, to a relative 1e-3; the radius is the exact
-/// distance to the mesh. Samples without such a ball (on sharp convex edges) are skipped. Unlike a Delaunay
-/// triangulation this has no degenerate cases. Deterministic, in the order of the samples. Cost: about five distance
-/// queries a sample.
-std::vector<Ball> shrinkingBalls(std::span<const SurfaceSample> samples, const DistanceField& field);
 
 }  // namespace spheretree::builder

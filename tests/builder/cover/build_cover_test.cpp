@@ -155,7 +155,7 @@ TEST(BuildCover, TellsItsStagesAndStopsInEach) {
   const DistanceField field(mesh);
   Stages all;
   CoverBuilder(mesh, field).build(quick(2, 4), all);
-  EXPECT_EQ(all.names, (std::vector<std::string>{"medial axis", "cover"}));
+  EXPECT_EQ(all.names, (std::vector<std::string>{"cover"}));
   for (const std::string& name : all.names) {
     Stages stopped;
     stopped.stop_at = name;

@@ -258,7 +258,7 @@ TEST(CoverSearch, AnyNumberOfBallsIsAStart) {
   Progress progress;
   std::vector<double> stand_offs;
   for (const std::size_t from : {60, 10, 200}) {
-    ChosenBalls start{.balls = randomInside(mesh, from, 1), .samples = points, .count = 60};
+    SearchStart start{.balls = randomInside(mesh, from, 1), .samples = points, .count = 60};
     CoverSearch search(mesh, field, start, quick(), progress);
     EXPECT_EQ(search.balls().size(), 60u);
     search.lower(0, progress);

@@ -60,10 +60,7 @@ TEST(ShrinkingBalls, SharpConvexEdgesAndCornersGiveNone) {
   const DistanceField field(cube);
   EXPECT_EQ(shrinkingBall(field, {0, 0, 0.4}, Vector3d(-1, -1, 0).normalized()).radius, 0);
   EXPECT_EQ(shrinkingBall(field, {0, 0, 0}, Vector3d(-1, -1, -1).normalized()).radius, 0);
-  const std::vector<SurfaceSample> samples{{{0, 0, 0.4}, Vector3d(-1, -1, 0).normalized(), 0, true}, {{0.5, 0.5, 0}, {0, 0, -1}, 0, false}};
-  const std::vector<Ball> balls = shrinkingBalls(samples, field);
-  ASSERT_EQ(balls.size(), 1u);
-  EXPECT_NEAR(balls[0].radius, 0.5, 1e-3);
+  EXPECT_NEAR(shrinkingBall(field, {0.5, 0.5, 0}, {0, 0, -1}).radius, 0.5, 1e-3);
 }
 
 // Below an edge of a cube, at the depth t straight in, the faces are t / sqrt(2) away; below a corner t / sqrt(3).
@@ -75,19 +72,6 @@ TEST(ShrinkingBalls, WithAStandOffThereIsOneBelowEdgesAndCorners) {
   const Ball corner = shrinkingBall(field, {0, 0, 0}, Vector3d(-1, -1, -1).normalized(), 0, stand_off);
   EXPECT_NEAR(corner.radius, stand_off / (std::sqrt(3.0) - 1), 1e-3 * corner.radius);
   for (const Ball& ball : {edge, corner}) EXPECT_NEAR(ball.radius, -field.signedDistance(ball.centre), 1e-12);
-}
-
-TEST(ShrinkingBalls, KeepTheOrderOfTheSamples) {
-  const TriangleMesh torus = test::torusMesh(5, 2, 24, 12);
-  const DistanceField field(torus);
-  const std::vector<SurfaceSample> samples = sampleSurface(torus, {300, 0.5235987756, 2});
-  std::vector<Ball> one_by_one;
-  for (const SurfaceSample& s : samples)
-    if (const Ball b = shrinkingBall(field, s.point, s.normal); b.radius > 0) one_by_one.push_back(b);
-  const std::vector<Ball> balls = shrinkingBalls(samples, field);
-  ASSERT_EQ(balls.size(), one_by_one.size());
-  ASSERT_GT(balls.size(), 250u);
-  for (std::size_t i = 0; i < balls.size(); ++i) EXPECT_EQ(balls[i].centre, one_by_one[i].centre);
 }
 
 }  // namespace
