@@ -218,7 +218,7 @@ LowerBound::LowerBound(const TriangleMesh& surface, const DistanceField& field, 
     : field_(field), points_(pointsOf(surface, spheres, seed)) {
   count_ = std::clamp(kPointsASphere * spheres, kMinBoundPoints, kMaxBoundPoints);
   const std::vector<SurfacePoint> touched =
-      spreadOverSurface(surface, std::clamp(kMedialASphere * spheres, kMinBoundPoints, count_), ~seed);
+      spreadOverSurface(surface, std::clamp(kMedialASphere * spheres, kMinBoundPoints / 4, count_), ~seed);
   medial_.resize(touched.size());
   const double noise_angle = CoverLimitSettings{}.noise_angle;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, touched.size(), 64), [&](const tbb::blocked_range<std::size_t>& range) {
