@@ -196,7 +196,7 @@ void addEvaluateCommand(Program& program) {
   app->add_flag("--json", options->json, "Print JSON on stdout, schema spheretree.evaluation/1");
   app->add_flag("--no-limits", options->no_limits, "Do not compute h_fin and h_low, which take about a third of the time; default: off");
   app->add_flag("--lower-bound", options->settings.lower_bound,
-                "Prove how small the overhang of this number of spheres can be at best; half a minute for 512 leaves; default: off");
+                "Prove how small the overhang of this number of spheres can be at best; a minute or more for 512 leaves; default: off");
   app->add_option(
          "--unit", options->robot.units,
          "Unit of the numbers in the mesh file: mm, cm, m or in; default mm, and m for glTF and the meshes of a robot. For a robot "
