@@ -137,6 +137,10 @@ Json evaluationJson(const builder::Evaluation& evaluation) {
   out["hierarchy"] = hierarchyJson(evaluation.hierarchy);
   if (evaluation.skin) out["skin"] = skinJson(*evaluation.skin);
   if (evaluation.hulls) out["hulls"] = hullsJson(*evaluation.hulls);
+  if (evaluation.proven) {
+    const double best = evaluation.proven->overhang, bound = evaluation.levels.back().overhang.bound;
+    out["proven_limit"] = {{"overhang_mm", best}, {"ratio", best > 0 ? Json(bound / best) : Json()}};
+  }
   if (evaluation.limits)
     out["limit_mm"] = {
         {"h_fin", evaluation.limits->h_fin}, {"h_low", evaluation.limits->h_low}, {"h_low_in_range", evaluation.limits->h_low_in_range}};

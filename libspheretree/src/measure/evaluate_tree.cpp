@@ -13,6 +13,7 @@
 #include "measure/coverage.h"
 #include "measure/evaluate_hulls.h"
 #include "measure/evaluate_skin.h"
+#include "measure/lower_bound.h"
 #include "measure/overhang.h"
 #include "measure/volumes.h"
 #include "mesh/surface_with_sheets.h"
@@ -108,6 +109,13 @@ Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const Eval
   if (settings.limits) {
     progress.stage("limits");
     out.limits = coverLimits(mesh, field, out.levels.back().spheres, {.seed = settings.seed}, progress);
+    progress.advance(1);
+  }
+  if (settings.lower_bound) {
+    progress.stage("lower bound");
+    const TriangleMesh whole = joined(mesh, surface.sheets);
+    const LowerBound bound(whole, field, out.levels.back().spheres, settings.seed, progress);
+    out.proven = provenLimit(bound, out.levels.back().spheres, out.levels.back().overhang.bound, progress);
     progress.advance(1);
   }
   return out;

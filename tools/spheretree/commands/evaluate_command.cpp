@@ -39,6 +39,12 @@ struct EvaluateOptions {
   robot::RobotInput robot;         // `units` also holds the unit of another mesh
 };
 
+void printProven(const builder::LevelEvaluation& leaves, const builder::ProvenLimit& proven, double percent) {
+  if (!(proven.overhang > 0)) return printResult("proven: nothing about the best possible overhang for %zu spheres\n", leaves.spheres);
+  printResult("proven: no cover of %zu spheres has an overhang below %.5g mm (%.4f %% of D); the bound is at most %.2f times the best\n",
+              leaves.spheres, proven.overhang, proven.overhang * percent, leaves.overhang.bound / proven.overhang);
+}
+
 void printText(const EvaluateOptions& options, std::size_t triangles, const builder::Evaluation& evaluation) {
   const double percent = 100 / evaluation.diagonal;
   printResult("%s against %s: %zu triangles, diagonal D = %.6g mm\n\n", plainText(formats::shownName(options.tree)).c_str(),
@@ -67,6 +73,7 @@ void printText(const EvaluateOptions& options, std::size_t triangles, const buil
                 hulls.parts, hulls.balls, hulls.overhang_max, hulls.overhang_bound, hulls.bare_samples, hulls.samples);
     printResult(hulls.bare_samples > 0 ? ", at most %.5g mm outside\n" : "\n", hulls.max_gap);
   }
+  if (evaluation.proven) printProven(evaluation.levels.back(), *evaluation.proven, percent);
   if (!evaluation.limits) return;
   const builder::CoverLimits& limits = *evaluation.limits;
   const builder::LevelEvaluation& leaves = evaluation.levels.back();
@@ -188,6 +195,8 @@ void addEvaluateCommand(Program& program) {
   addRobotInput(*app, options->robot);
   app->add_flag("--json", options->json, "Print JSON on stdout, schema spheretree.evaluation/1");
   app->add_flag("--no-limits", options->no_limits, "Do not compute h_fin and h_low, which take about a third of the time; default: off");
+  app->add_flag("--lower-bound", options->settings.lower_bound,
+                "Prove how small the overhang of this number of spheres can be at best; a minute or more for 512 leaves; default: off");
   app->add_option(
          "--unit", options->robot.units,
          "Unit of the numbers in the mesh file: mm, cm, m or in; default mm, and m for glTF and the meshes of a robot. For a robot "

@@ -14,10 +14,11 @@
 namespace spheretree::builder {
 
 struct EvaluateSettings {
-  bool limits = true;      // compute h_fin and h_low for the deepest level
-  double effort = 1;       // share of the samples and of the work for proofs: less is faster and less exact; range (0, 1]
-  std::uint64_t seed = 1;  // of the surface points
-  int threads = 0;         // 0: all processors of the machine; the result does not depend on it
+  bool limits = true;        // compute h_fin and h_low for the deepest level
+  bool lower_bound = false;  // prove a lower bound of the overhang for the deepest level
+  double effort = 1;         // share of the samples and of the work for proofs: less is faster and less exact; range (0, 1]
+  std::uint64_t seed = 1;    // of the surface points
+  int threads = 0;           // 0: all processors of the machine; the result does not depend on it
 };
 
 /// Measures the cover spheres of every level against the mesh. The mesh must be closed, oriented outward and free of

@@ -35,6 +35,12 @@ struct CoverLimits {
   bool h_low_in_range = true;  // false: h_low is only the end of the range searched, 5e-5 to 0.3 of the diagonal, or 0
 };
 
+/// Proven (docs/algorithms/measure/lower_bound.md); `overhang` is 0 if nothing was proven.
+struct ProvenLimit {
+  double overhang = 0;  // no cover of that many spheres has a smaller overhang [mm]
+  double spheres = 0;   // with that overhang, no fewer spheres than this cover the surface
+};
+
 struct LevelEvaluation {
   int level = 0;
   std::size_t spheres = 0;  // in the level set: the nodes of the level and the leaves of earlier levels
@@ -80,6 +86,7 @@ struct Evaluation {
   std::vector<LevelEvaluation> levels;
   HierarchyEvaluation hierarchy;
   std::optional<CoverLimits> limits;   // of the deepest level
+  std::optional<ProvenLimit> proven;   // of the deepest level, if asked for
   std::optional<SkinEvaluation> skin;  // of a tree that has one
   std::optional<HullEvaluation> hulls;
 };
