@@ -12,6 +12,7 @@ out=$(realpath -m "${OUT:-build/package}")
 source=$out/spheretree
 version=$(sed -n 's/^project(spheretree VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
 export SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct)}
+export CCACHE_DIR=${CCACHE_DIR:-$(ccache --get-config cache_dir 2>/dev/null || true)}  # debhelper gives the build another home
 
 # The tracked files, and the two files of debian/ that are made: the version stands in CMakeLists.txt alone, and the
 # licences in the files.
