@@ -13,7 +13,7 @@ out=$(cd "$caller" && realpath -m "${2:-$OLDPWD/build/site}")
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 SPHERETREE_VERSION=$(sed -n 's/^project(spheretree VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
-export SPHERETREE_VERSION PYTHONPATH=$build/python PYTHONDONTWRITEBYTECODE=1
+export SPHERETREE_VERSION PYTHONPATH=$build/python PYTHONDONTWRITEBYTECODE=1 PYTHONHASHSEED=0
 
 python3 tools/site/stage.py pages "$build" "$work/stage"
 tools/site/gallery.sh "$build" "$work/extra/gallery"
@@ -52,8 +52,8 @@ END
 ) >"$work/Doxyfile"
 doxygen "$work/Doxyfile"
 rm -rf "$out"
-# What a page refers to must be there: every warning is an error.
-/usr/bin/python3 -m sphinx -q -W --keep-going -j auto -b html -c tools/site -d "$work/doctrees" "$work/stage" "$out"
+# Every warning is an error. In one process, since several order the search index by chance.
+/usr/bin/python3 -m sphinx -q -W --keep-going -b html -c tools/site -d "$work/doctrees" "$work/stage" "$out"
 cp -r "$work"/extra/. "$out"
 rm -rf "$out/.buildinfo" "$out/objects.inv"
 echo "$out/index.html"
