@@ -4,7 +4,7 @@
 # lintian, lists what they are made of, and runs every test of debian/tests in a clean Debian that has the packages of
 # that test and no other; --no-check leaves this last part out, which needs root and debootstrap.
 # With a compiler cache: CMAKE_CXX_COMPILER_LAUNCHER=ccache tools/package.sh
-# OUT=FOLDER: another folder than build/package. What was compiled before is kept there.
+# OUT=FOLDER: another folder than build/package.
 # DEBIAN_MIRROR=ADDRESS: where the clean Debian comes from.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -12,9 +12,10 @@ out=$(realpath -m "${OUT:-build/package}")
 source=$out/spheretree
 version=$(sed -n 's/^project(spheretree VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
 export SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct)}
+export CCACHE_DIR=${CCACHE_DIR:-$(ccache --get-config cache_dir 2>/dev/null || true)}  # debhelper gives the build another home
 
-# The tracked files with their times, so that only what changed is compiled again, and the two files of debian/ that are
-# made: the version stands in CMakeLists.txt alone, and the licences in the files.
+# The tracked files, and the two files of debian/ that are made: the version stands in CMakeLists.txt alone, and the
+# licences in the files.
 export_to() {
   git ls-files -z | tar --create --null --files-from - | tar --extract --directory "$1"
   python3 tools/licences.py debian >"$1/debian/copyright"
@@ -27,8 +28,8 @@ spheretree ($version) unstable; urgency=medium
 END
 }
 
+rm -rf "$source"  # also what was compiled: of a file that was edited meanwhile, it would be taken as up to date
 mkdir -p "$source"
-find "$source" -mindepth 1 -maxdepth 1 ! -name 'obj-*' -exec rm -rf {} +
 export_to "$source"
 rm -f "$out"/*.deb "$out"/*.buildinfo "$out"/*.changes
 (cd "$source" && dpkg-buildpackage --build=binary --no-sign --no-pre-clean)
@@ -47,6 +48,7 @@ if [[ ! -e $clean/complete ]]; then
   debootstrap --variant=minbase bookworm "$clean" "${DEBIAN_MIRROR:-http://deb.debian.org/debian}" >"$out/debootstrap.log"
   touch "$clean/complete"
 fi
+unset CMAKE_CXX_COMPILER_LAUNCHER  # the clean Debian has no compiler cache
 for test in $(sed -n 's/^Tests: //p' debian/tests/control); do
   place=$out/test
   rm -rf "$place"

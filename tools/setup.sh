@@ -36,7 +36,7 @@ if [[ "${1:-}" != --build ]]; then
   )
 fi
 if [[ "${1:-}" == --site || "${1:-}" == --package ]]; then packages+=(python3-sphinx furo python3-myst-parser doxygen); fi
-if [[ "${1:-}" == --package ]]; then packages+=(dpkg-dev debhelper dh-python fakeroot lintian debootstrap autopkgtest git); fi
+if [[ "${1:-}" == --package ]]; then packages+=(build-essential dpkg-dev debhelper dh-python fakeroot lintian debootstrap autopkgtest git); fi
 if [[ "${1:-}" == --lanes ]]; then
   packages+=(
     clang-tidy gcovr

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Feeds any bytes to the decoder of .stree files: they are refused, or give a sound tree that is stored as the same
-// bytes.
+// Feeds any bytes to the decoders of .stree and .soft files: they are refused, or give a sound tree, and sound tissue,
+// that are stored as the same bytes.
 #include "fuzz/fuzz_target.h"
-#include "spheretree/core/sphere_tree_codec.h"
+#include "spheretree/core/tissue_codec.h"
 #include "support/sample_skins.h"
+#include "support/sample_tissue.h"
 #include "support/stree_bytes.h"
 
 namespace spheretree::fuzz {
@@ -23,6 +24,22 @@ void feed(test::Bytes bytes) {
   require(again == test::resealed(bytes), "one tree, one file");
 }
 
+void feedSoft(test::Bytes bytes) {
+  SphereTree tree;
+  Tissue tissue;
+  std::string fault;
+  if (decodeSoftTree(bytes, tree, tissue, &fault) != LoadStatus::Ok) {
+    require(!fault.empty() && tree.nodeCount() == 0 && tissue.empty(), "a refusal has a reason and leaves tree and tissue alone");
+    return;
+  }
+  if (tissue.empty()) return;
+  require(findFault(tree).empty() && findFault(tissue, tree).empty(), "accepted tissue is sound");
+  const test::Bytes again = encodeSoftTree(tree, tissue);
+  if (test::takeApart(again).size() != test::takeApart(bytes).size()) return;  // an unknown optional section was skipped
+  test::put(bytes, 10, kFormatMinor);
+  require(again == test::resealed(bytes), "one tissue, one file");
+}
+
 std::string asText(const test::Bytes& bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
 
 }  // namespace
@@ -40,6 +57,8 @@ std::vector<std::string> seeds() {
   for (const SphereTree& tree : trees) texts.push_back(asText(encodeSphereTree(tree)));
   std::vector<test::FileSection> more = test::takeApart(encodeSphereTree(trees[0]));
   more.push_back({"TISS", 1, test::Bytes(100)});
+  const SphereTree soft = test::softTree();
+  texts.push_back(asText(encodeSoftTree(soft, test::twoTetrahedra(soft))));
   texts.push_back(asText(test::putTogether(more)));
   return texts;
 }
@@ -51,9 +70,11 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto* first = reinterpret_cast<const std::byte*>(data);
   test::Bytes bytes(first, first + size);
   fuzz::feed(bytes);
+  fuzz::feedSoft(bytes);
   if (bytes.size() < 32) return 0;
   // With a new checksum, since otherwise no mutation would pass the size and the checksum.
   test::put(bytes, 16, std::uint64_t{size});
   fuzz::feed(test::resealed(bytes));
+  fuzz::feedSoft(test::resealed(bytes));
   return 0;
 }

@@ -39,10 +39,13 @@ def check_program(program, folder):
     script = folder / "completion.bash"
     script.write_text(output(program, "--completion", "bash"))
     page = output(program, "--manual")
-    verbs = re.findall(r"^  ([a-z]+) {2,}\S", output(program, "--help").split("Subcommands:", 1)[-1], re.M) if "Subcommands:" in output(program, "--help") else []
+    verbs = re.findall(r"^  ([a-z]+) {2,}\S", output(program, "--help").partition("\nVerbs:\n")[2], re.M)
     for verb in verbs:
         check(verb in completed(program, script, verb[:-1]), f"'{verb[:-1]}' is not completed to '{verb}'")
         check(f".SS {verb}" in page, f"the manual lacks {verb}")
+    for words in [["--help"], *([verb, "--help"] for verb in verbs), *([["help", "scene"]] if verbs else [])]:
+        wide = [line for line in output(program, *words).split("\n") if len(line) > 80]
+        check(not wide, f"{words}: wider than 80 columns: {wide}")
     for verb in [[], *([v] for v in verbs)]:
         known = options_of(program, *verb)
         check(len(known) >= 3, f"{program} {verb}: only the options {known}")
@@ -51,7 +54,7 @@ def check_program(program, folder):
         for option in known:
             check(option.replace("-", "\\-") in page, f"the manual lacks {option}")
     for line in page.split("\n"):
-        check(not line.startswith(".") or re.match(r"\.(TH|SH|SS|TP|B|PP|nf|fi)\b", line), f"no request of troff: {line}")
+        check(not line.startswith(".") or re.match(r"\.(TH|SH|SS|TP|B|I|PP|nf|fi)\b", line), f"no request of troff: {line}")
     output("bash", "-n", script)
     for shell in ("fish", "zsh"):
         check(Path(program).name in output(program, "--completion", shell), f"nothing for {shell}")

@@ -286,63 +286,52 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
   return end == PlayEnd::Interrupted ? kExitInterrupted : is_short ? kExitTargetMissed : kExitOk;
 }
 
-void addScenarioOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
-  CLI::Option* const cutting =
-      cli.add_flag("--compare-cutting", o.compare_cutting,
-                   "Compare how the burr of a scene cuts along its --trajectory with drilling in voxels, as an open simulator does it; "
-                   "without a scene: into a block. Prints a table, or --json")
-          ->excludes(scenario);
-  cli.add_option("--voxel-mm", o.cutting.voxel, "With --compare-cutting: edge of the voxels, 0.02 to 1; default 0.1")
-      ->check(numberIn(0.02, 1))
-      ->needs(cutting);
-  cli.add_option("--out", o.bench.out, "With --scenario: folder for stability.json, recordings and models")->needs(scenario);
-  cli.add_option("--modes", o.bench.modes,
-                 "With --scenario: renderers, separated by commas, of paper, constrained and the published methods points, volume, "
-                 "continuous; default "
-                 "paper,constrained")
-      ->needs(scenario);
-  cli.add_option("--chart", o.bench.chart,
-                 "With --scenario: also compare the --modes on four bodies and three sizes, and cutting, and write one page (.html); with "
-                 "--compare-cutting: the page of that; default: none");
-  cli.add_option("--cache", o.bench.cache,
-                 "With --scenario or --compare-cutting: folder that keeps the trees for the next run; default: none");
-  cli.add_option("--quality", o.bench.quality, "With --scenario: quality of the trees, quick or standard; default standard")
-      ->check(CLI::IsMember({"quick", "standard"}))
-      ->needs(scenario);
-  cli.add_option("--share", o.bench.share, "With --scenario: share of the repetitions of the table of scenarios, 0.001 to 1; default 1")
-      ->check(numberIn(0.001, 1))
-      ->needs(scenario);
-  cli.add_option("--turned", o.bench.turned,
-                 "With --scenario: number of additional runs, each with a fifth of the repetitions, on bodies that are rotated, scaled and "
-                 "of other seeds, 0 to 20; default 1")
-      ->check(CLI::Range(0, 20))
-      ->needs(scenario);
-  cli.add_option("--threads", o.bench.threads,
-                 "With --scenario: threads, which run scenarios and modes at the same time, 0 to 1024; default 0: one for each processor. "
-                 "Apart from times, results do not depend on it")
-      ->check(CLI::Range(0, 1024))
-      ->needs(scenario);
-}
-
-void addTissueOption(CLI::App& cli, Options& o, CLI::Option* scenario) {
-  cli.add_option(
-         "--tissue", o.tissue,
-         "Motion of soft tissue in constrained mode: large, computed by a solver in its own thread; small, from its compliance at rest")
-      ->check(CLI::IsMember({"large", "small"}))
-      ->capture_default_str()
-      ->excludes(scenario);
-}
-
-void addClockOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
-  cli.add_option("--clock", o.clock,
-                 "real: 1 kHz; stepped: as fast as possible, with the same bytes every time; default real. Scenarios are stepped")
-      ->check(CLI::IsMember({"real", "stepped"}))
+void addRunOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
+  cli.add_option("--trajectory", o.play.trajectory,
+                 "Poses of the haptic tool (CSV), interpolated where rows are more than 1 ms apart (at most 0.1 s); with --device "
+                 "simulated the poses that the hand intends")
+      ->type_name("FILE")
       ->excludes(scenario);
   cli.add_option("--seconds", o.seconds,
                  "Length of the run in s, 0.001 to 86400; default: the whole trajectory, 10 s for a simulated hand, or until Ctrl-C. "
                  "Scenarios have their own lengths")
+      ->type_name("S")
       ->check(numberIn(0.001, 86400))
       ->excludes(scenario);
+  cli.add_option("--record", o.play.record, "Write one row of CSV for each step; default: none")->type_name("FILE")->excludes(scenario);
+  cli.add_option("--clock", o.clock,
+                 "real: 1 kHz; stepped: as fast as possible, with the same bytes every time; default real. Scenarios are stepped")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"real", "stepped"}))
+      ->excludes(scenario);
+  std::vector<std::string> hands;
+  std::string list;
+  for (const device::Hand& hand : device::hands()) {
+    hands.emplace_back(hand.name);
+    list += (list.empty() ? "" : ", ") + hands.back();
+  }
+  cli.add_option("--hand", o.play.hand, "Hand on the simulated device: " + list + "; default fine")
+      ->type_name("NAME")
+      ->check(CLI::IsMember(hands))
+      ->excludes(scenario);
+  cli.add_option("--mode", o.mode, "constrained, or paper: the published algorithm; default constrained. Scenarios have --modes")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"constrained", "paper"}))
+      ->excludes(scenario);
+  cli.add_option("--contact", o.contact, "Contact surface in constrained mode: skin, for objects that have one, or leaves")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"skin", "leaves"}))
+      ->capture_default_str();
+  cli.add_option(
+         "--tissue", o.tissue,
+         "Motion of soft tissue in constrained mode: large, computed by a solver in its own thread; small, from its compliance at rest")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"large", "small"}))
+      ->capture_default_str()
+      ->excludes(scenario);
+  cli.add_option("--rate", o.play.rate, "Servo steps in a second, 500 to 8000 Hz, of a run or of the scenarios S1 and S3; default 1000")
+      ->type_name("HZ")
+      ->check(numberIn(500, 8000));
   cli.add_flag("--check-realtime", o.check_realtime,
                "Say whether this machine keeps 1 kHz in this scene: on the real clock, for 20 s, --seconds or the trajectory; exit code 5 "
                "if a step began or ended late")
@@ -359,96 +348,45 @@ CLI::Validator knownDevice() {
 }
 
 void addDeviceOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
-  cli.add_option("--haply-host", o.play.open.haply_host, "With --device haply: address of the vendor's service; default 127.0.0.1:10001")
-      ->excludes(scenario);
-  cli.add_option("--haply-device", o.play.open.haply_device, "With --device haply: device_id of the Inverse3; default: the first one")
-      ->excludes(scenario);
-  cli.add_option("--dhd-library", o.play.open.dhd_library,
-                 "With --device dhd: path of the vendor's library; default: where the loader looks")
-      ->excludes(scenario);
-  cli.add_option(
-         "--serve", o.serve,
-         "Serve the device to a program that opens it by net:HOST:PORT, instead of playing a scene: the port, 0 to 65535; 0: one that is "
-         "free. Until Ctrl-C, or for --seconds")
-      ->check(CLI::Range(0, 65535))
-      ->excludes(scenario);
-  CLI::Option* const measure =
-      cli.add_flag("--measure", o.measure,
-                   "Measure the device instead of playing a scene: rate, jitter, latency, encoder count, friction; "
-                   "half a minute with the handle free in the middle of its workspace, at most 1 N");
-  measure->excludes(scenario);
-  cli.add_option("-o,--output", o.measures, "With --measure: also write the figures (.json); default: none")->needs(measure);
-  cli.add_flag("--allow-remote", o.play.open.allow_remote,
-               "Also talk to other machines; only in a network that you trust. Default: this machine alone")
-      ->excludes(scenario);
   cli.add_option("--clutch-button", o.clutch_button,
                  "Number of a button, 1 to 31: while it is held there is no force and the tool stands still, then it goes on from there; "
                  "default: none")
+      ->type_name("N")
       ->check(CLI::Range(1, 31))
       ->excludes(scenario);
   cli.add_option("--spindle-button", o.spindle_button,
                  "Number of a button or pedal, 1 to 31: the burr of the scene spins while it is held; default: it always spins")
+      ->type_name("N")
       ->check(CLI::Range(1, 31))
       ->excludes(scenario);
-  cli.add_option("--carried-weight", o.play.carried_weight, "Weight of the handle that the motors carry, 0 to 5 N; default 0")
-      ->check(numberIn(0, 5))
-      ->excludes(scenario);
-  cli.add_option("--rate", o.play.rate, "Servo steps in a second, 500 to 8000 Hz, of a run or of the scenarios S1 and S3; default 1000")
-      ->check(numberIn(500, 8000));
-}
-
-void addOptions(CLI::App& cli, Options& o) {
-  cli.name(kProgram);
-  cli.set_version_flag("--version", kProgram + " " SPHERETREE_VERSION);
-  cli.footer(
-      "Examples:\n"
-      "  haptic-player --seconds 5                                       the built-in scene, a simulated hand\n"
-      "  haptic-player scene.json --trajectory path.csv --clock stepped --record run.csv --json\n"
-      "  haptic-player scene.json --device haply                         also dhd, phantom, net:HOST:PORT\n"
-      "  haptic-player --scenario all --out stability\n"
-      "  haptic-player scene.json --trajectory drill.csv --compare-cutting --chart cutting.html\n"
-      "  haptic-player scene.json --view                                 a window: the mouse moves the hand\n"
-      "  haptic-player --view --replay run.csv --compare other.csv       two recordings side by side\n"
-      "  haptic-player scene.json --picture out.png --at 2000            a picture, without a display\n"
-      "Exit codes: 0 ok, 1 internal error, 2 usage, 3 file or device cannot be used,\n"
-      "  4 input refused, 5 a scenario or real time falls short, 130 interrupted.");
-  CLI::Option* scenario =
-      cli.add_option("--scenario", o.bench.scenario,
-                     "Run stability scenarios, in both modes, instead of a scene: all, or ids and names separated by commas");
-  cli.add_option(
-         "SCENE", o.play.scene,
-         "Scene with trees, as `spheretree batch` writes it, or the folder of a batch; default: the built-in sample, a probe over a molar")
-      ->excludes(scenario);
-  cli.add_option(
-         "--device", o.device,
-         "simulated, replay, haply, dhd, phantom or net:HOST:PORT; default simulated, or replay with --trajectory. Scenarios always use "
-         "a simulated device")
-      ->check(knownDevice());
-  cli.add_option("--trajectory", o.play.trajectory,
-                 "Poses of the haptic tool (CSV), interpolated where rows are more than 1 ms apart (at most 0.1 s); with --device "
-                 "simulated the poses that the hand intends")
-      ->excludes(scenario);
-  cli.add_option("--mode", o.mode, "constrained, or paper: the published algorithm; default constrained. Scenarios have --modes")
-      ->check(CLI::IsMember({"constrained", "paper"}))
-      ->excludes(scenario);
-  cli.add_option("--contact", o.contact, "Contact surface in constrained mode: skin, for objects that have one, or leaves")
-      ->check(CLI::IsMember({"skin", "leaves"}))
-      ->capture_default_str();
-  addTissueOption(cli, o, scenario);
-  addClockOptions(cli, o, scenario);
-  std::vector<std::string> hands;
-  for (const device::Hand& hand : device::hands()) hands.emplace_back(hand.name);
-  cli.add_option("--hand", o.play.hand, "Hand on the simulated device; default fine")->check(CLI::IsMember(hands))->excludes(scenario);
   cli.add_flag("--passivity-control", o.play.passivity_control,
                "Add damping that removes the energy which sampling and delay give to the hand; default: the setting of the scene. "
-               "Not with "
-               "--device replay")
+               "Not with --device replay")
+      ->excludes(scenario);
+  cli.add_option("--carried-weight", o.play.carried_weight, "Weight of the handle that the motors carry, 0 to 5 N; default 0")
+      ->type_name("NEWTON")
+      ->check(numberIn(0, 5))
+      ->excludes(scenario);
+  cli.add_flag("--allow-remote", o.play.open.allow_remote,
+               "Also talk to other machines; only in a network that you trust. Default: this machine alone")
+      ->excludes(scenario);
+  cli.add_option("--haply-host", o.play.open.haply_host, "With --device haply: address of the vendor's service; default 127.0.0.1:10001")
+      ->type_name("ADDRESS")
+      ->excludes(scenario);
+  cli.add_option("--haply-device", o.play.open.haply_device, "With --device haply: device_id of the Inverse3; default: the first one")
+      ->type_name("ID")
+      ->excludes(scenario);
+  cli.add_option("--dhd-library", o.play.open.dhd_library,
+                 "With --device dhd: path of the vendor's library; default: where the loader looks")
+      ->type_name("FILE")
       ->excludes(scenario);
   cli.add_option("--hd-library", o.play.open.phantom.library,
                  "With --device phantom: path of the vendor's library; default: where the loader looks")
+      ->type_name("FILE")
       ->excludes(scenario);
   cli.add_option("--hd-device", o.play.open.phantom.device,
                  "With --device phantom: name in the vendor's configuration; default: the first device")
+      ->type_name("NAME")
       ->excludes(scenario);
   cli.add_flag("--hd-calibrate", o.play.open.phantom.calibrate,
                "With --device phantom: calibrate with the arm in its reset pose (once after power-up)")
@@ -457,20 +395,135 @@ void addOptions(CLI::App& cli, Options& o) {
          "--hd-gimbal-torque", o.gimbal_torque,
          "With --device phantom: send torques about the axes of the gimbal's joints, not as a vector; docs/device.md says how to find out")
       ->excludes(scenario);
-  addDeviceOptions(cli, o, scenario);
-  addViewOptions(cli, o.view);
-  cli.add_option("--record", o.play.record, "Write one row of CSV for each step; default: none")->excludes(scenario);
+  cli.add_option(
+         "--serve", o.serve,
+         "Serve the device to a program that opens it by net:HOST:PORT, instead of playing a scene: the port, 0 to 65535; 0: one that is "
+         "free. Until Ctrl-C, or for --seconds")
+      ->type_name("PORT")
+      ->check(CLI::Range(0, 65535))
+      ->excludes(scenario);
+  CLI::Option* const measure =
+      cli.add_flag("--measure", o.measure,
+                   "Measure the device instead of playing a scene: rate, jitter, latency, encoder count, friction; "
+                   "half a minute with the handle free in the middle of its workspace, at most 1 N");
+  measure->excludes(scenario);
+  cli.add_option("-o,--output", o.measures, "With --measure: also write the figures (.json); default: none")
+      ->type_name("FILE")
+      ->needs(measure);
+}
+
+void addScenarioOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
+  cli.add_flag("--list", o.list, "List the scenarios");
+  CLI::Option* const cutting =
+      cli.add_flag("--compare-cutting", o.compare_cutting,
+                   "Compare how the burr of a scene cuts along its --trajectory with drilling in voxels, as an open simulator does it; "
+                   "without a scene: into a block. Prints a table, or --json")
+          ->excludes(scenario);
+  cli.add_option("--voxel-mm", o.cutting.voxel, "With --compare-cutting: edge of the voxels, 0.02 to 1; default 0.1")
+      ->type_name("MM")
+      ->check(numberIn(0.02, 1))
+      ->needs(cutting);
+  cli.add_option("--out", o.bench.out, "With --scenario: folder for stability.json, recordings and models")
+      ->type_name("DIR")
+      ->needs(scenario);
+  cli.add_option("--modes", o.bench.modes,
+                 "With --scenario: renderers, separated by commas, of paper, constrained and the published methods points, volume, "
+                 "continuous; default paper,constrained")
+      ->type_name("NAMES")
+      ->needs(scenario);
+  cli.add_option("--chart", o.bench.chart,
+                 "With --scenario: also compare the --modes on four bodies and three sizes, and cutting, and write one page (.html); with "
+                 "--compare-cutting: the page of that; default: none")
+      ->type_name("FILE");
+  cli.add_option("--cache", o.bench.cache,
+                 "With --scenario or --compare-cutting: folder that keeps the trees for the next run; default: none")
+      ->type_name("DIR");
+  cli.add_option("--quality", o.bench.quality, "With --scenario: quality of the trees, quick or standard; default standard")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"quick", "standard"}))
+      ->needs(scenario);
+  cli.add_option("--share", o.bench.share, "With --scenario: share of the repetitions of the table of scenarios, 0.001 to 1; default 1")
+      ->type_name("SHARE")
+      ->check(numberIn(0.001, 1))
+      ->needs(scenario);
+  cli.add_option("--turned", o.bench.turned,
+                 "With --scenario: number of additional runs, each with a fifth of the repetitions, on bodies that are rotated, scaled and "
+                 "of other seeds, 0 to 20; default 1")
+      ->type_name("N")
+      ->check(CLI::Range(0, 20))
+      ->needs(scenario);
+  cli.add_option("--threads", o.bench.threads,
+                 "With --scenario: threads, which run scenarios and modes at the same time, 0 to 1024; default 0: one for each processor. "
+                 "Apart from times, results do not depend on it")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024))
+      ->needs(scenario);
+}
+
+void addOutputOptions(CLI::App& cli, Options& o) {
+  cli.add_flag("--json", o.json, "Print the summary, or the figures of the scenarios, as JSON");
   cli.add_flag(
       "--force", o.force,
       "With --out, or with several pictures: replace files that no earlier run wrote, or that were edited since; default: they are "
       "refused");
-  cli.add_flag("--json", o.json, "Print the summary, or the figures of the scenarios, as JSON");
-  cli.add_flag("--list", o.list, "List the scenarios");
-  addScenarioOptions(cli, o, scenario);
   cli.add_option("--progress", o.progress,
                  "Form of the progress on stderr: auto, bar, plain, json or none; default auto: a bar on a terminal")
+      ->type_name("KIND")
       ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}));
   cli.add_flag("-q,--quiet", o.quiet, "Write only errors to stderr");
+  cli.set_help_flag("-h,--help", "Print this text");
+  cli.set_version_flag("--version", kProgram + " " SPHERETREE_VERSION, "Print the version");
+}
+
+void addOptions(CLI::App& cli, Options& o) {
+  cli.name(kProgram);
+  cli.footer(
+      "Examples:\n"
+      "  haptic-player scene.json --view\n"
+      "      a window, in which the mouse moves the hand\n"
+      "  haptic-player scene.json --device haply\n"
+      "      a hand on a device; also dhd, phantom, net:HOST:PORT\n"
+      "  haptic-player scene.json --trajectory path.csv --clock stepped \\\n      --record run.csv\n"
+      "      a recorded path, as fast as possible\n"
+      "  haptic-player --view --replay run.csv --compare other.csv\n"
+      "      two recordings side by side\n"
+      "  haptic-player scene.json --picture out.png --at 2000\n"
+      "      a picture, without a display\n"
+      "  haptic-player --scenario all --out stability\n"
+      "      every scenario, with recordings\n"
+      "Exit codes: 0 ok, 1 internal error, 2 usage, 3 file or device cannot be used,\n"
+      "  4 input refused, 5 a scenario or real time falls short, 130 interrupted.");
+  // The help shows the groups in the order of their first options.
+  const auto begin = [&](const char* group) { cli.option_defaults()->group(group); };
+  const char *const run = "Run", *const device = "Device", *const window = "Window and pictures",
+                    *const bench = "Scenarios and comparisons";
+  begin(run);
+  CLI::Option* const scene = cli.add_option("SCENE", o.play.scene,
+                                            "Scene with trees, as `spheretree batch` writes it, or the folder of a batch; default: the "
+                                            "built-in sample, a probe over a molar")
+                                 ->type_name("FILE");
+  begin(device);
+  cli.add_option(
+         "--device", o.device,
+         "simulated, replay, haply, dhd, phantom or net:HOST:PORT; default simulated, or replay with --trajectory. Scenarios always use "
+         "a simulated device")
+      ->type_name("NAME")
+      ->check(knownDevice());
+  begin(window);
+  addViewOptions(cli, o.view);
+  begin(bench);
+  CLI::Option* const scenario =
+      cli.add_option("--scenario", o.bench.scenario,
+                     "Run stability scenarios, in both modes, instead of a scene: all, or ids and names separated by commas")
+          ->type_name("NAMES");
+  scenario->excludes(scene);
+  addScenarioOptions(cli, o, scenario);
+  begin(run);
+  addRunOptions(cli, o, scenario);
+  begin(device);
+  addDeviceOptions(cli, o, scenario);
+  begin("Output");
+  addOutputOptions(cli, o);
 }
 
 int run(const CLI::App& cli, Options& options) {

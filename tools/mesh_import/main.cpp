@@ -14,6 +14,7 @@
 #include "assimp_mesh.h"
 #include "command_reference.h"
 #include "generator.h"
+#include "help_formatter.h"
 #include "mistyped.h"
 #include "program_end.h"
 #include "run_files.h"
@@ -63,6 +64,7 @@ int run(int argc, char** argv) {
       "Turns a mesh file of another format (3DS, 3MF, AMF, DAE, FBX, X3D and more, by Assimp) into OBJ or PLY in mm, which spheretree "
       "reads. For files that you trust.",
       kProgram};
+  cli.formatter(std::make_shared<tool::HelpFormatter>());
   cli.footer("Example: spheretree-import jaw.fbx -o jaw.obj --trusted");
   Options options;
   cli.add_option("INPUT", options.input, "Mesh to read; its ending tells the format")->required()->type_name("FILE");
@@ -70,11 +72,13 @@ int run(int argc, char** argv) {
       ->required()
       ->type_name("FILE");
   cli.add_option("--unit", options.unit, "Unit of the file: mm, cm, m or in; default: as an FBX says, else mm; a DAE has its own")
+      ->type_name("UNIT")
       ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
   cli.add_flag("--trusted", options.trusted,
                "You trust where INPUT comes from. Needed, because Assimp's readers are not made for hostile files; they run in this "
                "program alone, read no other file, and have at most 8 GiB of memory");
-  cli.set_version_flag("--version", kProgram + " " SPHERETREE_VERSION);
+  cli.set_help_flag("-h,--help", "Print this text");
+  cli.set_version_flag("--version", kProgram + " " SPHERETREE_VERSION, "Print the version");
   try {
     if (wroteReference(cli, {argv + 1, argv + argc}, kGenerator)) return kExitOk;
     cli.parse(argc, argv);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "help_formatter.h"
 #include "program_end.h"
 #include "terminal.h"
 
@@ -137,15 +138,24 @@ std::string roff(const std::string& text) {
   return out;
 }
 
-std::string optionEntries(const CLI::App& app) {
-  std::string out;
-  for (const CLI::Option* option : optionsOf(app)) {
+/// Arguments first, then the groups of --help in its order, each after a heading: a request of troff.
+std::string optionEntries(const CLI::App& app, const std::string& heading) {
+  std::vector<const CLI::Option*> options = optionsOf(app);
+  const std::vector<std::string> groups = app.get_groups();
+  const auto placeOf = [&](const CLI::Option* option) {
+    return option->get_positional() ? -1 : std::find(groups.begin(), groups.end(), option->get_group()) - groups.begin();
+  };
+  std::stable_sort(options.begin(), options.end(), [&](const auto* a, const auto* b) { return placeOf(a) < placeOf(b); });
+  std::string out, group;
+  for (const CLI::Option* option : options) {
+    if (const std::string own = option->get_positional() ? "Arguments" : option->get_group(); own != group)
+      out += heading + " " + roff(group = own) + "\n";
     std::string title;
     for (const std::string& name : namesOf(*option)) title += (title.empty() ? "" : ", ") + name;
     if (title.empty()) title = option->get_name(true);
     const std::string type = option->get_type_name(), plain = type.substr(0, type.find_first_of(":{"));
     if (!isFlag(*option) && !option->get_positional()) title += " " + plain;
-    out += ".TP\n.B " + roff(title) + "\n" + roff(option->get_description()) + "\n";
+    out += ".TP\n.B " + roff(title) + "\n" + roff(descriptionOf(*option, option->get_positional())) + "\n";
   }
   return out;
 }
@@ -166,8 +176,8 @@ std::string manualPage(const CLI::App& app, const std::string& version) {
   out += ".SH SYNOPSIS\n.B " + roff(name) + (verbs.empty() ? "\n[OPTION]... [SCENE]\n" : "\nVERB [OPTION]... FILE...\n");
   for (const CLI::App* verb : verbs)
     out += (verb == verbs.front() ? std::string(".SH VERBS\n") : std::string()) + ".SS " + roff(verb->get_name()) + "\n" +
-           roff(verb->get_description()) + "\n" + optionEntries(*verb) + ".PP\n.nf\n" + roff(verb->get_footer()) + "\n.fi\n";
-  out += ".SH OPTIONS\n" + optionEntries(app);
+           roff(verb->get_description()) + "\n" + optionEntries(*verb, ".PP\n.I") + ".PP\n.nf\n" + roff(verb->get_footer()) + "\n.fi\n";
+  out += ".SH OPTIONS\n" + optionEntries(app, ".SS");
   return out + ".PP\n.nf\n" + roff(app.get_footer()) + "\n.fi\n";
 }
 

@@ -32,6 +32,14 @@ std::string rowOf(std::string label, const std::string& text, std::size_t column
 
 }  // namespace
 
+std::string descriptionOf(const CLI::Option& option, bool is_positional) {
+  std::string text = option.get_description();
+  if (const std::string value = option.get_default_str(); !value.empty() && text.find("default") == std::string::npos)
+    text += "; default " + value;
+  if (option.get_required() && !is_positional) text += "; required";
+  return text;
+}
+
 std::string wrapped(const std::string& text, std::size_t width, std::size_t indent) {
   std::istringstream words(text);
   std::string out, word;
@@ -48,6 +56,11 @@ std::string wrapped(const std::string& text, std::size_t width, std::size_t inde
   return out;
 }
 
+HelpFormatter::HelpFormatter() {
+  label("Positionals", "Arguments");
+  label("SUBCOMMAND", "VERB");
+}
+
 std::string HelpFormatter::make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const {
   std::string help = CLI::Formatter::make_help(app, std::move(name), mode);
   for (std::size_t at = help.find("\n\n\n"); at != std::string::npos; at = help.find("\n\n\n", at)) help.erase(at, 1);
@@ -55,12 +68,7 @@ std::string HelpFormatter::make_help(const CLI::App* app, std::string name, CLI:
 }
 
 std::string HelpFormatter::make_option(const CLI::Option* option, bool is_positional) const {
-  std::string text = option->get_description();
-  const std::string out = "  " + labelOf(*option, is_positional);
-  if (const std::string value = option->get_default_str(); !value.empty() && text.find("default") == std::string::npos)
-    text += "; default " + value;
-  if (option->get_required() && !is_positional) text += "; required";
-  return rowOf(out, text, kColumn);
+  return rowOf("  " + labelOf(*option, is_positional), descriptionOf(*option, is_positional), kColumn);
 }
 
 std::string HelpFormatter::make_subcommand(const CLI::App* verb) const {

@@ -24,6 +24,7 @@ html_show_sphinx = False
 html_last_updated_fmt = None
 html_use_index = True
 html_theme_options = {"top_of_page_button": None}
+smartquotes = False  # options begin with two hyphens
 pygments_style = "friendly"
 highlight_language = "text"
 

@@ -110,18 +110,30 @@ def write_interfaces(stage: Stage):
     stage.write("reference/python.rst", titled("Interface in Python") + ".. automodule:: spheretree\n   :members:\n   :imported-members:\n   :undoc-members:\n")
 
 
+def help_as_lists(text: str) -> str:
+    """A --help as lists, whose lines break where the screen ends."""
+    about, usage, groups, ending = re.fullmatch(r"(.*?)\n(Usage: .*?)\n(.*?)((?:^Examples?:).*)?", text, re.DOTALL | re.MULTILINE).groups()
+    plain = lambda words: re.sub(r"([\\*`_|<])", r"\\\1", " ".join(words.split()))
+    code = lambda lines: "::\n\n" + re.sub("^(?=.)", "    ", lines, flags=re.MULTILINE) + "\n\n"
+    out = plain(about) + "\n\n" + code(usage)
+    for heading, rows in re.findall(r"^(\S.*):\n((?: .*\n)+)", groups, re.MULTILINE):
+        out += f"**{heading}**\n\n"
+        for label, words in re.findall(r"^  (\S.*?)(?:  +|\n +)(\S.*\n(?: {5,}.*\n)*)", rows, re.MULTILINE):
+            out += f"``{label}``\n    {plain(words)}\n\n"
+    return out + (code(ending) if ending else "")
+
+
 def write_commands(stage: Stage, build: Path):
     def ran(*command):
-        return subprocess.run(command, capture_output=True, text=True, check=True, env={**os.environ, "COLUMNS": "80"}).stdout
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
     program = build / "tools/spheretree/spheretree"
-    verbs = re.findall(r"^\.SS (\w+)|^  (\w+)  ", ran(program, "--help"), re.MULTILINE)
     text = titled("Commands and their options")
-    for verb in sorted({a or b for a, b in verbs}):
-        text += f"spheretree {verb}\n{'-' * (11 + len(verb))}\n\n::\n\n" + re.sub("^", "    ", ran(program, verb, "--help"), flags=re.MULTILINE) + "\n\n"
+    for verb in re.findall(r"^  (\w+)  ", ran(program, "--help").partition("Verbs:")[2], re.MULTILINE):
+        text += f"spheretree {verb}\n{'-' * (11 + len(verb))}\n\n" + help_as_lists(ran(program, verb, "--help"))
     for name, path in (("haptic-player", "tools/haptic_player/haptic-player"), ("spheretree-import", "tools/mesh_import/spheretree-import")):
         if (build / path).exists():
-            text += f"{name}\n{'-' * len(name)}\n\n::\n\n" + re.sub("^", "    ", ran(build / path, "--help"), flags=re.MULTILINE) + "\n\n"
+            text += f"{name}\n{'-' * len(name)}\n\n" + help_as_lists(ran(build / path, "--help"))
     stage.write("reference/commands.rst", text)
 
 

@@ -4,22 +4,22 @@
 int main(int argc, char** argv) {
   using namespace spheretree::tool;
   return runAndExplain(kProgram, [&] {
-    Program program;
+    Program program;  // the help shows the verbs in this order
     addBuildCommand(program);
-    addBatchCommand(program);
     addCheckCommand(program);
-    addCompareCommand(program);
-    addConvertCommand(program);
-    addEvaluateCommand(program);
-    addGradeCommand(program);
-    addInspectCommand(program);
     addRepairCommand(program);
-    addReportCommand(program);
-    addRobotCommand(program);
-    addSceneCommand(program);
-    addSoftenCommand(program);
-    addSplitCommand(program);
+    addEvaluateCommand(program);
+    addInspectCommand(program);
     addViewCommand(program);
+    addConvertCommand(program);
+    addCompareCommand(program);
+    addSceneCommand(program);
+    addBatchCommand(program);
+    addReportCommand(program);
+    addSplitCommand(program);
+    addSoftenCommand(program);
+    addGradeCommand(program);
+    addRobotCommand(program);
     return runProgram(program, argc, argv);
   });
 }

@@ -274,7 +274,7 @@ void addBatchCommand(Program& program) {
   const auto all = std::make_shared<BatchOptions>();
   const std::shared_ptr<BatchSettings> options(all, &all->settings);
   CLI::App* app = addVerb(program, "batch", "Build the trees of every object of a scene; unchanged trees are taken from a cache",
-                          "spheretree batch mouth.scene.json -o mouth; or spheretree batch mouth.glb probe.stl -o mouth --tolerance 0.1",
+                          "spheretree batch mouth.scene.json -o mouth\n  spheretree batch mouth.glb probe.stl -o mouth --tolerance 0.1",
                           [all, &program](WorkProgress& progress) { return runBatchCommand(*all, program.quiet, progress); });
   app->add_option("SCENE|MESH", all->inputs,
                   "Scene to read (.scene.json); spheretree help scene lists its keys. Or mesh files: each of their parts becomes an "

@@ -344,6 +344,32 @@ void addContactOptions(CLI::App& app, const std::shared_ptr<BuildOptions>& optio
       ->each([options](const std::string&) { options->crease_angle_is_given = true; });
 }
 
+void addMethodOptions(CLI::App& app, const std::shared_ptr<BuildOptions>& options) {
+  app.option_defaults()->group("Published methods");
+  app.add_option("--builder", options->builder, "cover, combined, merge, burst, expand, spawn, grid, hubbard or octree; default cover")
+      ->type_name("NAME")
+      ->check(CLI::IsMember(pipeline::namesOf(pipeline::kBuilders)));
+  app.add_option("--combine", options->combine,
+                 "Reducers of --builder combined, separated by commas, of merge, burst, expand, spawn, grid and hubbard; default "
+                 "expand,merge,burst")
+      ->type_name("LIST")
+      ->delimiter(',')
+      ->allow_extra_args(false)  // otherwise it would take INPUT as a member
+      ->check(CLI::IsMember(pipeline::namesOf(pipeline::kMembers)));
+  app.add_flag("--search", options->settings.search,
+               "The cover search distributes the balls of the published builder and adds balls where fewer than allowed are used; default: "
+               "off, the tree is that of the method");
+  app.add_option("--medial-axis", options->medial_axis,
+                 "adaptive: the medial axis is refined where the spheres need it; static: Voronoi vertices of a fixed sample; for "
+                 "builders merge, burst, expand and combined; default adaptive")
+      ->type_name("KIND")
+      ->check(CLI::IsMember(pipeline::namesOf(pipeline::kMedialAxes)));
+  app.add_option("--uncertified", options->uncertified,
+                 "Also write the spheres of a published method before certification made them cover the surface, as text of the "
+                 "Sphere-Tree Construction Toolkit (.sph), to compare with its program; default: none")
+      ->type_name("FILE");
+}
+
 }  // namespace
 
 void addBuildCommand(Program& program) {
@@ -355,26 +381,6 @@ void addBuildCommand(Program& program) {
   app->add_option("-o,--output", options->output, "Tree to write (.stree); with several meshes a folder, with NAME.stree for each")
       ->required()
       ->type_name("FILE|DIR");
-  app->add_option("--builder", options->builder, "cover, combined, merge, burst, expand, spawn, grid, hubbard or octree; default cover")
-      ->type_name("NAME")
-      ->check(CLI::IsMember(pipeline::namesOf(pipeline::kBuilders)));
-  app->add_option("--combine", options->combine,
-                  "Reducers of --builder combined, separated by commas, of merge, burst, expand, spawn, grid and hubbard; default "
-                  "expand,merge,burst")
-      ->type_name("LIST")
-      ->delimiter(',')
-      ->allow_extra_args(false)  // otherwise it would take INPUT as a member
-      ->check(CLI::IsMember(pipeline::namesOf(pipeline::kMembers)));
-  app->add_flag(
-      "--search", options->settings.search,
-      "The cover search distributes the balls of the published builder and adds balls where fewer than allowed are used; default: "
-      "off, the tree is that of the method");
-  app->add_option("--medial-axis", options->medial_axis,
-                  "adaptive: the medial axis is refined where the spheres need it; static: Voronoi vertices of a fixed sample; for "
-                  "builders merge, burst, expand and combined; default adaptive")
-      ->type_name("KIND")
-      ->check(CLI::IsMember(pipeline::namesOf(pipeline::kMedialAxes)));
-  addTreeSize(*app, options->settings.levels, options->settings.branching);
   app->add_option("--quality", options->quality, "quick, standard or best: a slower build gives a tighter tree; default standard")
       ->type_name("NAME")
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kQualities)));
@@ -383,20 +389,17 @@ void addBuildCommand(Program& program) {
                   "all levels are filled")
       ->type_name("MM")
       ->check([](const std::string& text) { return lengthIn(text) ? std::string() : text + " is not a length above 0"; });
-  addContactOptions(*app, options);
+  addTreeSize(*app, options->settings.levels, options->settings.branching);
   app->add_option("--leaves", options->settings.max_leaves,
                   "Largest number of leaves, 1 to 32768; builder cover, or --search; default: as many as --levels and --branching allow")
       ->type_name("N")
       ->check(CLI::Range(1, 32768));
+  addContactOptions(*app, options);
   app->add_option("--soft", options->settings.soft_share,
                   "Leaves for soft tissue, near the surface: their radii are at most this share of the local thickness, 0.05 to 0.5; "
                   "builder cover only; see docs/tissue.md. Such a tree needs more leaves: add --levels 5")
       ->type_name("SHARE")
       ->check(numberIn(0.05, 0.5));
-  app->add_option("--uncertified", options->uncertified,
-                  "Also write the spheres of a published method before certification made them cover the surface, as text of the "
-                  "Sphere-Tree Construction Toolkit (.sph), to compare with its program; default: none")
-      ->type_name("FILE");
   addUnit(*app, options->unit);
   app->add_option("--repair", options->repair,
                   "What to do with a defective mesh: auto: repair it with the smallest change that makes it sound; off: refuse it; wrap: "
@@ -412,6 +415,7 @@ void addBuildCommand(Program& program) {
   app->add_option("--report", options->report, "Also write the settings, hashes, figures of each level and seconds as JSON; default: none")
       ->type_name("FILE");
   addForce(*app, program);
+  addMethodOptions(*app, options);
 }
 
 }  // namespace spheretree::tool

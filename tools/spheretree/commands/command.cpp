@@ -45,13 +45,15 @@ std::vector<std::string> wordsOf(int argc, char** argv) {
   return words;
 }
 
+// Called last, so that the help shows them last.
 void addTalkOptions(CLI::App& app, Program& program, const std::string& group) {
+  app.option_defaults()->group(group);
   app.add_option("--progress", program.progress,
                  "Form of the progress on stderr: auto, bar, plain, json or none; default auto: a bar on a terminal")
       ->type_name("KIND")
-      ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}))
-      ->group(group);
-  app.add_flag("-q,--quiet", program.quiet, "Write only errors to stderr")->group(group);
+      ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}));
+  app.add_flag("-q,--quiet", program.quiet, "Write only errors to stderr");
+  app.set_help_flag("-h,--help", "Print this text");
 }
 
 int runVerb(Program& program) {
@@ -66,8 +68,8 @@ int runVerb(Program& program) {
 CLI::App* addVerb(Program& program, const std::string& verb, const std::string& description, const std::string& example,
                   std::function<int(WorkProgress&)> run) {
   CLI::App* app = program.cli.add_subcommand(verb, description);
+  app->group("Verbs");
   app->footer("Example:\n  " + example);
-  addTalkOptions(*app, program, "Options of every verb");
   app->callback([&program, run = std::move(run)] { program.run = run; });
   return app;
 }
@@ -80,9 +82,10 @@ void addForce(CLI::App& app, Program& program) {
 int runProgram(Program& program, int argc, char** argv) {
   CLI::App& cli = program.cli;
   cli.name(kProgram);
-  cli.set_version_flag("--version", kGenerator);
   cli.require_subcommand(1);
+  for (CLI::App* verb : cli.get_subcommands(nullptr)) addTalkOptions(*verb, program, "Options of every verb");
   addTalkOptions(cli, program, "Options, before or after the verb");
+  cli.set_version_flag("--version", kGenerator, "Print the version");
   cli.footer(
       "Exit codes: 0 ok, 1 internal error, 2 usage, 3 file cannot be read or written,\n"
       "  4 input refused, 5 target missed and best result written, 6 batch partly\n"

@@ -196,7 +196,7 @@ void addConvertCommand(Program& program) {
   app->add_option("--object", options->object, "Object of a recording; default: the only one that can be cut")->type_name("NAME");
   app->add_option("--at", options->last_tick, "Tick of a recording up to which it counts; default: all of it")->type_name("TICK");
   app->add_option("--tolerance", options->tolerance,
-                  "How far the mesh may be from what is left of an object in a recording [mm], 1e-4 to 100; default 0.02")
+                  "How far the mesh may be from what is left of an object in a recording, in mm, 0.0001 to 100; default 0.02")
       ->type_name("MM")
       ->check(numberIn(1e-4, 100));
   app->add_option("--width", options->width, "Width of the .png in pixels, 100 to 3000; default 1600")

@@ -83,7 +83,7 @@ void addGradeCommand(Program& program) {
       ->type_name("FILE");
   app->add_option("-o,--output", options->output, "Page to write (.html); default: none")->type_name("FILE");
   app->add_option("--volume-tolerance", options->tolerance,
-                  "Largest sum of the widths of the bounds of the removed volumes of an object [mm3], 1e-6 to 1e6; default: 0.5 % of "
+                  "Largest sum of the widths of the bounds of the removed volumes of an object in mm3, 10^-6 to 10^6; default: 0.5 % of "
                   "what was removed")
       ->type_name("MM3")
       ->check(numberIn(1e-6, 1e6));

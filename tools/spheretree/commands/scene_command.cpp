@@ -47,7 +47,7 @@ int runScene(const SceneOptions& options, bool quiet, builder::Progress& progres
 void addSceneCommand(Program& program) {
   const auto options = std::make_shared<SceneOptions>();
   CLI::App* app = addVerb(program, "scene", "Write a scene for batch from mesh files; each of their parts becomes an object",
-                          "spheretree scene mouth.glb probe.stl -o mouth.scene.json --tolerance 0.2 --match 'tooth_*=0.1'",
+                          "spheretree scene mouth.glb probe.stl -o mouth.scene.json --tolerance 0.2 \\\n    --match 'tooth_*=0.1'",
                           [options, &program](builder::Progress& progress) { return runScene(*options, program.quiet, progress); });
   app->add_option("MESH", options->draft.files, "Mesh files (OBJ, STL, PLY, OFF, glTF, GLB) or trees (.stree); several may be given")
       ->required()

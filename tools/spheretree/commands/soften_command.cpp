@@ -108,21 +108,21 @@ int runSoften(const SoftenOptions& options, builder::Progress& progress) {
 void addSoftenCommand(Program& program) {
   const auto options = std::make_shared<SoftenOptions>();
   CLI::App* app = addVerb(program, "soften", "Fill an object with tetrahedra, so that its tree deforms as soft tissue",
-                          "spheretree soften tongue.obj tongue.stree -o tongue.soft --young 15 --fix box:-40,-40,-20,40,40,-5",
+                          "spheretree soften tongue.obj tongue.stree -o tongue.soft --young 15 \\\n    --fix box:-40,-40,-20,40,40,-5",
                           [options](builder::Progress& progress) { return runSoften(*options, progress); });
   app->add_option("MESH", options->mesh, "Mesh that the tree was built from")->required()->type_name("FILE");
   app->add_option("TREE", options->tree, "Tree of this mesh (.stree)")->required()->type_name("FILE");
   app->add_option("-o,--output", options->output, "Soft tree to write (.soft)")->required()->type_name("FILE");
-  app->add_option("--young", options->material.young_kpa, "Young's modulus [kPa], 0.1 to 100000; tongue 15, cheek 30, gum 3000")
+  app->add_option("--young", options->material.young_kpa, "Young's modulus in kPa, 0.1 to 100000; tongue 15, cheek 30, gum 3000")
       ->required()
       ->type_name("KPA");
   app->add_option("--poisson", options->material.poisson, "Poisson's ratio, 0 to 0.495; default 0.45")->type_name("RATIO");
-  app->add_option("--density", options->material.density_kg_m3, "Density [kg/m^3], 100 to 5000; default 1040")->type_name("KG/M3");
+  app->add_option("--density", options->material.density_kg_m3, "Density in kg/m3, 100 to 5000; default 1040")->type_name("KG/M3");
   app->add_option("--tets", options->tetrahedra, "Approximate number of tetrahedra, 100 to 50000; default 3000")
       ->type_name("N")
       ->check(CLI::Range(pipeline::kMinTetrahedra, pipeline::kMaxTetrahedra));
   app->add_option("--fix", options->fixed,
-                  "Region that stays in place: sphere:X,Y,Z,RADIUS or box:X0,Y0,Z0,X1,Y1,Z1 [mm]; may be given again")
+                  "Region that stays in place: sphere:X,Y,Z,RADIUS or box:X0,Y0,Z0,X1,Y1,Z1, in mm; may be given again")
       ->type_name("REGION");
   app->add_option("--fix-inside", options->fixed_inside,
                   "Tree that holds the body: the tissue inside its leaves stays in place; may be given again")

@@ -71,15 +71,14 @@ void addSources(CLI::App& app, pipeline::SplitJobSettings& job) {
 void addSplitCommand(Program& program) {
   const auto options = std::make_shared<SplitOptions>();
   CLI::App* app = addVerb(program, "split", "Cut labelled intraoral scans into closed teeth and gums, with a scene for batch",
-                          "spheretree split upper.obj lower.obj --labels upper.json lower.json --opening 30 -o patient",
+                          "spheretree split upper.obj lower.obj --labels upper.json lower.json \\\n    --opening 30 -o patient",
                           [options](builder::Progress& progress) { return runSplitCommand(*options, progress); });
   addSources(*app, options->job);
   builder::SplitSettings& split = options->job.split;
   app->add_option("-o,--output", options->job.folder, "Folder for NAME.ply, mouth.scene.json and split.json; created if it is missing")
       ->required()
       ->type_name("DIR");
-  app->add_option("--base", split.base_mm,
-                  "Distance from the lowest point of a scan to the base of its gum in mm, above 0 to 100; default 4")
+  app->add_option("--base", split.base_mm, "Distance from the lowest point of a scan to the base of its gum in mm, 0.001 to 100; default 4")
       ->type_name("MM")
       ->check(numberIn(1e-3, 100));
   app->add_option("--root", split.root_mm, "Length of a conical stub under each crown in mm, 0 to 30; default 0: a cap")

@@ -151,8 +151,9 @@ void addViewCommand(Program& program) {
   app->add_option("--show", o->show,
                   "meshes, spheres, bounds (bounding spheres) or contact (the surface used for contact); default meshes; spheres with "
                   "--level or --overhang, of a robot and of a comparison, there coloured by overhang")
-      ->check(CLI::IsMember({"meshes", "spheres", "bounds", "contact"}));
-  app->add_option("--level", o->level, "Level of the spheres, 0 to 5; default: the leaves")->check(CLI::Range(0, 5));
+      ->check(CLI::IsMember({"meshes", "spheres", "bounds", "contact"}))
+      ->type_name("NAME");
+  app->add_option("--level", o->level, "Level of the spheres, 0 to 5; default: the leaves")->type_name("N")->check(CLI::Range(0, 5));
   app->add_flag("--overhang", o->overhang, "Colour the spheres by their overhang out of the mesh before them, and mark the largest");
   app->add_option("--mesh", o->mesh, "Mesh of a comparison to show; default: its first")->type_name("NAME");
   app->add_option("--from", o->from, "Direction from the object to the eye, three numbers; default: about 1,-2,1")
@@ -163,12 +164,14 @@ void addViewCommand(Program& program) {
   app->add_flag("--fill", o->fills_panes, "Let each input fill its pane; default: all are shown at one scale (key Z)");
   addRobotInput(*app, o->robot);
   app->add_option("--unit", o->unit,
-                  "Unit of a mesh whose file has none, and of the meshes of a robot: mm, cm, m, in; default mm, robots m")
+                  "Unit of a mesh whose file has none, and of the meshes of a robot: mm, cm, m or in; default mm, and m for robots")
+      ->type_name("UNIT")
       ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
-  app->add_option("--size", o->size, "Pixels as WIDTHxHEIGHT, each 64 to 8192; default 1280x800")->type_name("WxH");
-  app->add_option("--theme", o->theme, "dark or light; default dark")->check(CLI::IsMember({"dark", "light"}));
-  app->add_option("--panels", o->panels, "on or off; default on")->check(CLI::IsMember({"on", "off"}));
+  app->add_option("--size", o->size, "Pixels as WIDTHxHEIGHT, each 64 to 8192; default 1280x800")->type_name("WIDTHxHEIGHT");
+  app->add_option("--theme", o->theme, "dark or light; default dark")->type_name("NAME")->check(CLI::IsMember({"dark", "light"}));
+  app->add_option("--panels", o->panels, "on or off; default on")->type_name("NAME")->check(CLI::IsMember({"on", "off"}));
   app->add_option("--scale", o->scale, "Scale of text and marks, 0.5 to 4; default: that of the display, 1 for pictures")
+      ->type_name("FACTOR")
       ->check(CLI::Range(0.5, 4.0));
 }
 
