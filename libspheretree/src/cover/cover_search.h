@@ -23,10 +23,10 @@ struct Cover {
 
 /// The start of a search.
 struct SearchStart {
-  std::vector<Ball> balls;               // radius d(c)
-  std::vector<Eigen::Vector3d> samples;  // on the surface
-  std::size_t count = 0;                 // of the balls of the search, which adds or removes some first; 0: as many as are given
-  std::uint64_t seed = 1;                // of the random numbers of the search
+  std::vector<Ball> balls{};               // radius d(c)
+  std::vector<Eigen::Vector3d> samples{};  // on the surface
+  std::size_t count = 0;                   // of the balls of the search, which adds or removes some first; 0: as many as are given
+  std::uint64_t seed = 1;                  // of the random numbers of the search
 };
 
 inline constexpr int kMovesBeside = 10;  // moves that a search gets beside those for each of its balls

@@ -173,6 +173,7 @@ def evaluate(
     triangles: Optional[ArrayLike] = ...,
     *,
     limits: bool = ...,
+    lower_bound: bool = ...,
     effort: float = ...,
     repair: str = ...,
     seed: int = ...,

@@ -41,7 +41,7 @@ struct EvaluateOptions {
 
 void printProven(const builder::LevelEvaluation& leaves, const builder::ProvenLimit& proven, double percent) {
   if (!(proven.overhang > 0)) return printResult("proven: nothing about the best possible overhang for %zu spheres\n", leaves.spheres);
-  printResult("proven: no cover of %zu spheres has an overhang below %.5g mm (%.4f %% of D); the bound is at most %.2f times the best\n",
+  printResult("proven: no cover of %zu spheres has an overhang below %.5g mm (%.4f %% of D); this tree's bound is %.2f times that\n",
               leaves.spheres, proven.overhang, proven.overhang * percent, leaves.overhang.bound / proven.overhang);
 }
 
