@@ -547,6 +547,19 @@ def damaged_meshes(programs):
     return lines
 
 
+def proven_limits(programs):
+    """What no 64 spheres can go below, and how far above it the tree is."""
+    lines = ["| mesh | overhang bound, % of D | proven limit, % of D | ratio | processor time |", "|---|---|---|---|---|"]
+    for mesh in sorted((programs.foreign() / "bench").iterdir()):
+        programs.run("spheretree", "build", mesh, "-o", "limited.stree", "--leaves", "64", "--skin", "off", "--force", "-q", codes=(0, 5))
+        begin = processor_time()
+        found = json.loads(programs.run("spheretree", "evaluate", mesh, "limited.stree", "--lower-bound", "--no-limits", "--json", "-q"))
+        seconds = processor_time() - begin
+        best, ratio = found["proven_limit"]["overhang_mm"], found["proven_limit"]["ratio"]
+        lines.append(f"| `{mesh.name}` | {100 * best * ratio / found['diagonal_mm']:.3f} | {100 * best / found['diagonal_mm']:.3f} | {ratio:.2f} | {seconds:.1f} s |")
+    return lines
+
+
 TOOLKIT_MESHES = {"tooth": "tooth", "bunny-2000": "bunny", "probe": "probe", "cube": "cube", "plate": "plate"}
 TOOLKIT_BUILDERS = ["expand", "combined", "burst", "merge", "hubbard", "grid", "spawn", "octree"]
 
@@ -612,11 +625,11 @@ def tolerance_leaves(programs):
     return lines
 
 
-FOREIGN = {"felt_meshes", "sensitivity", "toolkit_trees", "toolkit_times", "tolerance_leaves", "damaged_meshes"}  # tables of meshes of others
+FOREIGN = {"felt_meshes", "proven_limits", "sensitivity", "toolkit_trees", "toolkit_times", "tolerance_leaves", "damaged_meshes"}  # tables of meshes of others
 QUICK = {"molar_build", "mouth_parts", "skin_errors"}
 TABLES = {function.__name__: function for function in (
     molar_build, mouth_parts, skin_errors, passivity, quiet_walls, mouth_budget, mouth_leaves, node_pairs, split_scans, split_margin, soft_mouth, tissue_overhang, robots, damaged_meshes,
-    sensitivity, felt_meshes, renderer_scenarios, renderer_means, cutting_renderers, molar_felt, molar_leaves, toolkit_trees, tolerance_leaves,
+    sensitivity, felt_meshes, renderer_scenarios, renderer_means, cutting_renderers, molar_felt, molar_leaves, toolkit_trees, tolerance_leaves, proven_limits,
     # Of times: the machine should have nothing else to do.
     readme_times, mouth_real_time, mouth_load, tissue_figures, simplified_molar, step_times, qp_times, toolkit_times, view_times)}
 
