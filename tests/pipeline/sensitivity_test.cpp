@@ -52,7 +52,7 @@ Changes limitsOf(const std::string& mesh_name, BuilderKind kind) {
     return Changes{kMargin * c.rotation, kMargin * c.noise, kMargin * c.scale, kMargin * c.subdivision};
   };
   const bool is_cover = kind == BuilderKind::Cover;
-  if (mesh_name == "box" && !isLong()) return doubled(is_cover ? Changes{0.08, 1.3, 0.001, 4.8} : Changes{0.06, 2.9, 0.001, 0.25});
+  if (mesh_name == "box" && !isLong()) return doubled(is_cover ? Changes{0.1, 5, 0.001, 4.8} : Changes{0.1, 2.9, 0.001, 2.6});
   if (mesh_name == "box") return doubled(is_cover ? Changes{0.08, 0.9, 0.001, 1.3} : Changes{0.03, 2.0, 0.001, 0.03});
   if (mesh_name == "tooth") return doubled(is_cover ? Changes{0.03, 2.2, 0.001, 1.7} : Changes{0.05, 4.7, 0.001, 2.5});
   return doubled(is_cover ? Changes{0.08, 5, 0.004, 1.1} : Changes{0.18, 5, 0.002, 4.7});

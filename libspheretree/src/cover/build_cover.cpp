@@ -16,6 +16,7 @@ namespace spheretree::builder {
 
 namespace {
 
+constexpr int kGuesses = 2;                                      // of the number of leaves for a tolerance, each from a short search
 constexpr std::size_t kSamplesASphere = 16, kMinSamples = 1000;  // from which a search starts
 
 struct Effort {
@@ -125,8 +126,10 @@ Cover CoverBuilder::coverWithin(double stand_off, std::size_t max_leaves, Progre
   if (begins) {
     // The stand-off is about in inverse proportion to the number of balls.
     guess = static_cast<std::size_t>(std::sqrt(static_cast<double>(max_leaves)));
-    const double found = startSearch(guess, seed_, progress).standOff();
-    guess = static_cast<std::size_t>(std::clamp(static_cast<double>(guess) * found / stand_off, 1.0, static_cast<double>(max_leaves)));
+    for (int round = 0; round < kGuesses; ++round) {
+      const double needed = static_cast<double>(guess) * startSearch(guess, seed_, progress).standOff() / stand_off;
+      guess = static_cast<std::size_t>(std::clamp(needed, 1.0, static_cast<double>(max_leaves)));
+    }
     leaves_ = std::vector<std::optional<CoverSearch>>(effortOf(quality_).starts);
   }
   // Each search ends in a local optimum of its own.

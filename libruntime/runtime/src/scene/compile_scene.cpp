@@ -222,12 +222,14 @@ std::string faultInBurrPlace(const SceneDescription& d, const CompiledScene& sce
 }
 
 // The balls of the burr follow the leaves. A leaf is of the burr if it is within a ball, larger by what leaves reach
-// out of the mesh, and by what the mesh is smaller than the ball.
+// out of the mesh, and by what the mesh is smaller than the ball. If only a part of it is, that part is of the burr.
 void addBurr(const SceneDescription& d, CompiledScene& out) {
   out.spindle_axis = d.spindle_axis.normalized();
   CompiledTree& tool = out.tool;
   out.burr_slot = static_cast<std::uint32_t>(tool.spheres.size());
   out.burr_of.assign(tool.spheres.size() + d.burr.size(), kNoItem);
+  out.burr_at = out.burr_of;
+  std::vector<double> nearest(out.burr_slot, std::numeric_limits<double>::infinity());  // (slot) of a burr ball
   for (const Ball& exact : d.burr) {
     const auto number = static_cast<std::uint32_t>(out.burr.size());
     const Eigen::Vector3d centre = exact.centre - d.reference_point;
@@ -238,10 +240,14 @@ void addBurr(const SceneDescription& d, CompiledScene& out) {
     std::uint32_t item = 0;
     for (std::uint32_t slot = 0; slot < out.burr_slot; ++slot) {
       const Sphere& leaf = tool.spheres[slot];
-      if (tool.item[slot] == kNoItem || (centreOf(leaf) - centreOf(ball)).norm() + double{leaf.radius} > radius) continue;
+      const double apart = (centreOf(leaf) - centreOf(ball)).norm();
+      if (tool.item[slot] == kNoItem || apart - double{leaf.radius} > radius) continue;
+      if (apart - double{ball.radius} < nearest[slot]) nearest[slot] = apart - double{ball.radius}, out.burr_at[slot] = number;
+      if (apart + double{leaf.radius} > radius) continue;
       out.burr_of[slot] = number;
       item = tool.item[slot];
     }
+    out.burr_reach.push_back(radius);
     out.burr.push_back(ball);
     tool.spheres.push_back(ball);
     tool.exact.push_back({centre.x(), centre.y(), centre.z()});
