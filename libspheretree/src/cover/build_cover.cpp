@@ -16,7 +16,7 @@ namespace spheretree::builder {
 
 namespace {
 
-constexpr int kGuesses = 2;                                      // of the number of leaves for a tolerance, each from a short search
+constexpr int kGuesses = 3;                                      // of the number of leaves for a tolerance, each from a short search
 constexpr std::size_t kSamplesASphere = 16, kMinSamples = 1000;  // from which a search starts
 
 struct Effort {
