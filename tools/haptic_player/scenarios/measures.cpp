@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kNear = 0.5;       // pairs up to this distance are tested at every pose [mm]
 constexpr double kRounding = 1e-9;  // more than the error of a signed distance [mm]
-constexpr double kBurrShare = 0.1;  // a leaf stands for the burr within a ball that is larger by this share, or by the overhang
+constexpr double kBurrShare = 0.1;  // a leaf is of the burr within a ball that is larger by this share, or twice the overhang
 constexpr double kInLine = 1e-3;    // steps of a burr whose centres are this near to a line are one capsule [mm]
 constexpr double kAxisStep = 0.05;  // distance of tested points of an axis, and of its tested places [mm]
 constexpr double kAxis = 10;        // length of the axis that is tested [mm of the scenario]
@@ -122,16 +122,16 @@ CutPenetration::CutPenetration(const Body& tool, const Eigen::Vector3d& referenc
       length_(kAxis * tool.frame.scale),
       growing_(burr_.size()) {
   const Eigen::Vector3d origin(tool.tree.origin_mm[0], tool.tree.origin_mm[1], tool.tree.origin_mm[2]);
-  overhang_ = static_cast<double>(tool.tree.statistics.back().overhang_bound);
+  const double overhang = static_cast<double>(tool.tree.statistics.back().overhang_bound);
   for (std::size_t n = 0; n < tool.tree.nodeCount(); ++n) {
     if (!tool.tree.isLeaf(n)) continue;
     const Ball leaf{centreOf(tool.tree.cover[n]) + origin - reference_point, static_cast<double>(tool.tree.cover[n].radius)};
-    const auto isWithin = [&](const Ball& b) { return (leaf.centre - b.centre).norm() + leaf.radius <= reachOf(b); };
+    const auto isWithin = [&](const Ball& b) {
+      return (leaf.centre - b.centre).norm() + leaf.radius <= b.radius + std::max(kBurrShare * b.radius, 2 * overhang);
+    };
     if (std::none_of(burr_.begin(), burr_.end(), isWithin)) firm_.push_back(leaf);
   }
 }
-
-double CutPenetration::reachOf(const Ball& burr) const { return burr.radius + std::max(kBurrShare * burr.radius, overhang_); }
 
 double CutPenetration::depthAt(const Eigen::Vector3d& point) const {
   double depth = -field_.signedDistance(point);
@@ -185,9 +185,8 @@ void CutPenetration::moveTo(const Configuration& world, bool cuts) {
   pose_ = pose;
 }
 
-// The deepest of points of its surface, or its centre, without those in the balls `others`. A ball whose centre is
-// farther outside than its radius is free.
-double CutPenetration::depthOf(const Eigen::Vector3d& centre, double radius, std::span<const Ball> others) const {
+// The deepest of points of its surface, or its centre. A ball whose centre is farther outside than its radius is free.
+double CutPenetration::depthOf(const Eigen::Vector3d& centre, double radius) const {
   static const std::vector<Eigen::Vector3d> directions = [] {
     std::vector<Eigen::Vector3d> out;
     for (int i = 0; i < kBallPoints; ++i) {  // the spiral of equal areas
@@ -206,13 +205,9 @@ double CutPenetration::depthOf(const Eigen::Vector3d& centre, double radius, std
   }
   std::erase_if(near, [&](const auto& c) { return c.first > nearest + 2 * radius; });
   std::sort(near.begin(), near.end());
-  const auto isInOthers = [&](const Eigen::Vector3d& p) {
-    return std::any_of(others.begin(), others.end(), [&](const Ball& b) { return (p - b.centre).norm() < b.radius; });
-  };
-  double deepest = isInOthers(centre) ? 0 : std::max(0.0, middle);
+  double deepest = std::max(0.0, middle);
   for (const Eigen::Vector3d& direction : directions) {
     const Eigen::Vector3d p = centre + radius * direction;
-    if (isInOthers(p)) continue;
     double depth = radius + std::max(0.0, middle);
     for (const auto& [gap, c] : near) {
       depth = std::min(depth, (p - builder::nearestOnAxis(*c, p)).norm() - c->radius);
@@ -225,15 +220,11 @@ double CutPenetration::depthOf(const Eigen::Vector3d& centre, double radius, std
 
 double CutPenetration::depth() const {
   double deepest = 0;
+  const auto look = [&](const Ball& ball) { deepest = std::max(deepest, depthOf(place(*pose_, ball.centre), ball.radius)); };
   if (!pose_) return 0;
-  const auto look = [&](const Ball& ball, std::span<const Ball> others) {
-    deepest = std::max(deepest, depthOf(place(*pose_, ball.centre), ball.radius, others));
-  };
-  std::vector<Ball> of_burr;
-  for (const Ball& ball : burr_) of_burr.push_back({place(*pose_, ball.centre), reachOf(ball)});
-  for (const Ball& leaf : firm_) look(leaf, of_burr);
+  for (const Ball& leaf : firm_) look(leaf);
   if (!cuts_)
-    for (const Ball& ball : burr_) look(ball, {});
+    for (const Ball& ball : burr_) look(ball);
   return deepest;
 }
 

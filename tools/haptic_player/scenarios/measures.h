@@ -87,7 +87,7 @@ class CutPenetration {
   CutPenetration(const Body& tool, const Eigen::Vector3d& reference_point, const PlacedBody& object, std::vector<Ball> burr);
   /// The tool moves to `pose`, the first one without a way. The burr cuts on this way, or is as firm as the rest.
   void moveTo(const Configuration& pose, bool cuts);
-  /// Of the deepest leaf, where it does not stand for the burr, and of the burr if it did not cut on the last way [mm].
+  /// Of the deepest leaf that is not of the burr, and of the burr if it did not cut on the last way [mm].
   double depth() const;
   /// Ways on which a point of the tool's axis was in the material.
   int passages() const { return passages_; }
@@ -103,13 +103,11 @@ class CutPenetration {
   };
   void sweep(std::size_t ball, const Eigen::Vector3d& from, const Eigen::Vector3d& to);
   bool isAxisInside(const Configuration& pose) const;
-  double reachOf(const Ball& burr) const;
-  double depthOf(const Eigen::Vector3d& centre, double radius, std::span<const Ball> others) const;
+  double depthOf(const Eigen::Vector3d& centre, double radius) const;
 
   const builder::DistanceField& field_;
   Configuration place_;     // of the object
-  double overhang_ = 0;     // of the tool's leaves
-  std::vector<Ball> firm_;  // leaves that are not all of the burr, relative to the reference point
+  std::vector<Ball> firm_;  // leaves that are not of the burr, relative to the reference point
   std::vector<Ball> burr_;
   Eigen::Vector3d along_;  // axis of the tool
   double length_;          // of the axis, from the middle of the burr

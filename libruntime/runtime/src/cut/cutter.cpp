@@ -79,7 +79,7 @@ Cutter::Cutter(StepMemory& memory) : memory_(memory), scene_(memory.scene), stor
   ahead_.reserve(kAheadBlocks);
   near_parts_.reserve(scene_.wall_slots.size());
   walls_.resize(kMaxWalls);
-  pairs_.reserve(2 * scene_.step_limits.max_pairs + 16);
+  pairs_.reserve(scene_.step_limits.max_pairs + 16);
   runs_.reserve(2 * scene_.objects.size());
 }
 
@@ -338,16 +338,17 @@ void Cutter::remove(StepResult& result) {
   }
 }
 
-// Copies the pairs of a run, with the burr's balls for the leaves that cover them, and beside those that are partly of
-// the burr; without these balls while it turns.
+// Copies the pairs of a run, with the burr's balls for the leaves that cover them; without those while it turns.
 void Cutter::addPairs(const PairSet& set, const PairRun& run) {
   const std::size_t begin = pairs_.size();
   const bool is_cut = workOf(run.object) != nullptr;
-  for (const std::uint32_t pair : set.pairs.subspan(run.begin, run.count)) {
-    const bool is_of_burr = is_cut && scene_.burr_of[pair >> 16] != kNoItem;
-    if (const std::uint32_t ball = scene_.burr_at[pair >> 16]; is_cut && !spins_ && ball != kNoItem)
-      pairs_.push_back((scene_.burr_slot + ball) << 16 | (pair & 0xffff));
-    if (!is_of_burr) pairs_.push_back(pair);
+  for (std::uint32_t pair : set.pairs.subspan(run.begin, run.count)) {
+    if (is_cut)
+      if (const std::uint32_t ball = scene_.burr_of[pair >> 16]; ball != kNoItem) {
+        if (spins_) continue;
+        pair = (scene_.burr_slot + ball) << 16 | (pair & 0xffff);
+      }
+    pairs_.push_back(pair);
   }
   const auto first = pairs_.begin() + static_cast<std::ptrdiff_t>(begin);
   if (is_cut && !spins_) {  // several leaves of the burr may have met one triangle
@@ -442,9 +443,8 @@ std::uint32_t Cutter::dropRemoved(const PairSet& set, std::uint32_t first, const
   bool is_changed = false;
   std::uint32_t work_done = 0;
   for (const PairRun& run : set.runs) {
-    const Work* const work = workOf(run.object);
-    if (!work) continue;
-    const bool has_gaps = !run.of_wall && work->lattice.isCut();
+    const Work* const work = run.of_wall ? nullptr : workOf(run.object);
+    if (!work || !work->lattice.isCut()) continue;
     work_done += run.count;
     const Eigen::Matrix3d back = memory_.objects[run.object].rotation.transpose(), turn = back * pose.orientation.toRotationMatrix();
     const Vector3d origin = localOf(*work, pose.position);
@@ -453,23 +453,13 @@ std::uint32_t Cutter::dropRemoved(const PairSet& set, std::uint32_t first, const
       const auto weight = static_cast<double>(rows.weight[row]);
       const double gap = -static_cast<double>(rows.b[row]) / weight;
       if (gap > kNoRow) continue;
-      const std::uint32_t slot = set.pairs[i] >> 16, burr = scene_.burr_at[slot];
-      if (!has_gaps && burr == kNoItem) continue;
-      const Sphere& ball = scene_.tool.spheres[slot];
+      const Sphere& ball = scene_.tool.spheres[set.pairs[i] >> 16];
       Vector3d normal;
       for (std::size_t k = 0; k < 3; ++k) normal[static_cast<Eigen::Index>(k)] = static_cast<double>(rows.rows.a[k][row]) / weight;
-      const Vector3d towards = back * normal, centre = turn * centreOf(ball);  // from the object, axes of the object
-      bool is_dropped = false;
-      if (burr != kNoItem) {  // where the leaf touches, it stands for the burr
-        const Vector3d touching = centre - static_cast<double>(ball.radius) * towards - turn * centreOf(scene_.burr[burr]);
-        is_dropped = touching.norm() < scene_.burr_reach[burr];
-      }
-      const Vector3d touched = origin + centre - (static_cast<double>(ball.radius) + gap) * towards;
-      if (!is_dropped && has_gaps && work->lattice.isNearCut(touched)) {
-        work_done += kDropWork;
-        is_dropped = work->lattice.isRemoved(touched);
-      }
-      if (!is_dropped) continue;
+      const Vector3d touched = origin + turn * centreOf(ball) - (static_cast<double>(ball.radius) + gap) * (back * normal);
+      if (!work->lattice.isNearCut(touched)) continue;
+      work_done += kDropWork;
+      if (!work->lattice.isRemoved(touched)) continue;
       for (std::size_t k = 0; k < 6; ++k) memory_.rowArray(k)[row] = 0;
       rows.b[row] = std::min(rows.b[row], 0.0f);  // keeps its gap, since the tool may come to where the surface is left
       is_changed = true;

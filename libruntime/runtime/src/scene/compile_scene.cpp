@@ -221,33 +221,29 @@ std::string faultInBurrPlace(const SceneDescription& d, const CompiledScene& sce
   return {};
 }
 
-// The balls of the burr follow the leaves. A leaf is of the burr if it is within a ball, larger by what leaves reach
-// out of the mesh, and by what the mesh is smaller than the ball. If only a part of it is, that part is of the burr.
+// The balls of the burr follow the leaves. A leaf is of the burr if it is within a ball, larger by what the mesh is
+// smaller than the ball, and by twice what leaves reach out of the mesh: if a leaf covers the whole ball, and its
+// centre is by e nearer to the shank, it reaches 2 e into the shank, but at least e (1 + cos a) out of the mesh beside
+// it, where a is half of the angle at which the shank is seen, at most 90 degrees.
 void addBurr(const SceneDescription& d, CompiledScene& out) {
   out.spindle_axis = d.spindle_axis.normalized();
   CompiledTree& tool = out.tool;
   out.burr_slot = static_cast<std::uint32_t>(tool.spheres.size());
   out.burr_of.assign(tool.spheres.size() + d.burr.size(), kNoItem);
-  out.burr_at = out.burr_of;
-  std::vector<double> nearest(out.burr_slot, std::numeric_limits<double>::infinity());  // (slot) of a burr ball
   for (const Ball& exact : d.burr) {
     const auto number = static_cast<std::uint32_t>(out.burr.size());
     const Eigen::Vector3d centre = exact.centre - d.reference_point;
     const Sphere ball{static_cast<float>(centre.x()), static_cast<float>(centre.y()), static_cast<float>(centre.z()),
                       static_cast<float>(exact.radius)};
-    const double radius = double{ball.radius} +
-                          std::max(kBurrMargin * double{ball.radius}, out.tool_overhang < ball.radius ? double{out.tool_overhang} : 0.0);
+    const double radius = double{ball.radius} + std::max(kBurrMargin * double{ball.radius},
+                                                         out.tool_overhang < ball.radius ? 2 * double{out.tool_overhang} : 0.0);
     std::uint32_t item = 0;
     for (std::uint32_t slot = 0; slot < out.burr_slot; ++slot) {
       const Sphere& leaf = tool.spheres[slot];
-      const double apart = (centreOf(leaf) - centreOf(ball)).norm();
-      if (tool.item[slot] == kNoItem || apart - double{leaf.radius} > radius) continue;
-      if (apart - double{ball.radius} < nearest[slot]) nearest[slot] = apart - double{ball.radius}, out.burr_at[slot] = number;
-      if (apart + double{leaf.radius} > radius) continue;
+      if (tool.item[slot] == kNoItem || (centreOf(leaf) - centreOf(ball)).norm() + double{leaf.radius} > radius) continue;
       out.burr_of[slot] = number;
       item = tool.item[slot];
     }
-    out.burr_reach.push_back(radius);
     out.burr.push_back(ball);
     tool.spheres.push_back(ball);
     tool.exact.push_back({centre.x(), centre.y(), centre.z()});

@@ -65,8 +65,6 @@ struct CompiledScene {
   Eigen::Vector3d spindle_axis = Eigen::Vector3d::UnitZ();                   // tool axes
   std::uint32_t burr_slot = 0;                                               // the balls of the burr follow the leaves in tool.spheres
   std::vector<std::uint32_t> burr_of;     // (slot) ball of the burr that a leaf covers; kNoItem: it is another part of the tool
-  std::vector<std::uint32_t> burr_at;     // (slot) ball of the burr that covers a part of another leaf, the one nearest to it; else kNoItem
-  std::vector<double> burr_reach;         // (ball) radius within which a leaf stands for it [mm]
   std::vector<std::uint32_t> wall_slots;  // what meets the walls of what was cut: other leaves, then the balls of the burr
   WrenchLimits wrench_limits;
   StepLimits step_limits;
