@@ -14,8 +14,8 @@ enum class PieceEnd : std::uint8_t {
   AtHand,      // the tool is at the haptic pose
   AtRest,      // the contacts hold the tool where it is
   ForceLimit,  // the force must not change any more in this step
-  Stalled,     // the tool oscillates
-  Blocked,     // there is no way on, or no time to find it
+  Stalled,     // the tool oscillates, or the rows contradict each other
+  Blocked,     // there was not the time to go on
 };
 
 inline bool isLast(PieceEnd end) { return end > PieceEnd::AtMargin; }

@@ -46,7 +46,7 @@ Piece Approach::contactPiece() {
   if (piece.end == PieceEnd::AtRest) return piece;
   prepare(piece);
   go(piece);
-  if (piece.end != PieceEnd::Blocked) judge(piece);
+  if (piece.end != PieceEnd::Stalled) judge(piece);
   return piece;
 }
 
@@ -98,7 +98,7 @@ void Approach::go(Piece& piece) {
     path_.makeRows();
     if (path_.depth() <= deepest && (path_.feltDepth() <= deepest_felt || halving >= kFeltHalvings)) return;
   }
-  piece.end = PieceEnd::Blocked;  // the rows contradict each other
+  piece.end = PieceEnd::Stalled;
   if (!memory_.tissue) return;
   path_.moveTo(piece.from);
   parts_.giveWay(0);

@@ -60,7 +60,7 @@ bool ToolPath::search() {
   }
   addFelt();
   if (depth_ > kGapTolerance) {
-    limits.force.lift();
+    limits.force.allow(Vector6::Constant(depth_));  // the way out
     was_inside_ = true;
   }
   margin.searched();
