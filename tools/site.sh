@@ -20,8 +20,26 @@ tools/site/gallery.sh "$build" "$work/extra/gallery"
 for page in mouth robot comparison; do  # a page that is not made has no link
   [[ -e $work/extra/gallery/$page.html ]] || sed -i "s#<a href=\"../gallery/$page.html\">\([^<]*\)</a>#\1#" "$work/stage/docs/gallery.md"
 done
+# The first page of the reference, which Doxygen would leave empty.
+cat >"$work/first.dox" <<'END'
+/** \mainpage Interfaces in C and C++
+Every header says what it is for at its top. <a href="files.html">All headers</a>, <a href="annotated.html">all
+classes and structs</a>, or the search above.
+
+| for | headers |
+|---|---|
+| contact forces, in C | spheretree/runtime/runtime.h, spheretree/scene/scene.h, spheretree/servo/servo.h |
+| contact forces, in C++ | spheretree/runtime/scene.h, spheretree/runtime/step.h |
+| building trees | spheretree/builder/build_sphere_tree.h, spheretree/builder/repair_mesh.h |
+| files | spheretree/formats/mesh_file.h, spheretree/formats/sphere_tree_file.h, spheretree/formats/scene_file.h |
+| devices | spheretree/device/device.h, spheretree/device/open_device.h |
+| soft tissue in large motion | spheretree/tissue/tissue_solver.h |
+
+The <a href="../index.html">site</a> has guides with whole programs.
+*/
+END
 (cat <<END
-INPUT = device/include formats/include libruntime/core/include libruntime/runtime/include libruntime/scene/include
+INPUT = $work/first.dox device/include formats/include libruntime/core/include libruntime/runtime/include libruntime/scene/include
 INPUT += libruntime/servo/include libruntime/tissue/include libspheretree/include
 FILE_PATTERNS = *.h
 RECURSIVE = YES

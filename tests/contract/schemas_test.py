@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""schemas_test.py BUILD WORK: what the programs write is as docs/schemas say, and each schema refuses what is not:
-another name of the schema, each key of the top missing, and a text in place of each number."""
+"""schemas_test.py BUILD WORK: what the programs write is as docs/schemas say, each schema is tried on a file, and each
+refuses what is not: another name of the schema, each key of the top missing, and a text in place of each number."""
 import copy
 import json
 import shutil
@@ -25,9 +25,14 @@ SCENE = {
                 {"name": "open", "mesh": "open.obj", "repair": "off"}]}  # is refused: reports have that case, too
 
 
-def run(*command, codes=(0,)):
-    code = subprocess.run([str(part) for part in command], stdout=subprocess.DEVNULL, check=False).returncode
-    assert code in codes, f"exit code {code}: {command}"
+SCHEMAS = ROOT / "docs/schemas"
+checked = set()
+
+
+def run(*command, codes=(0,)) -> str:
+    done = subprocess.run([str(part) for part in command], stdout=subprocess.PIPE, text=True, check=False)
+    assert done.returncode in codes, f"exit code {done.returncode}: {command}"
+    return done.stdout
 
 
 def numbers(value, path=()):
@@ -39,10 +44,13 @@ def numbers(value, path=()):
     return [path] if isinstance(value, (int, float)) and not isinstance(value, bool) else []
 
 
-def check(name: str, written: dict):
-    schema = json.loads((ROOT / f"docs/schemas/{name}.schema.json").read_text(encoding="utf-8"))
+def check(name: str, written):
+    """`written`: the JSON, as text or as it was read."""
+    written = json.loads(written) if isinstance(written, str) else written
+    schema = json.loads((SCHEMAS / f"{name}.schema.json").read_text(encoding="utf-8"))
     jsonschema.Draft202012Validator.check_schema(schema)
-    validator = jsonschema.Draft202012Validator(schema)
+    validator = jsonschema.Draft202012Validator(schema, jsonschema.RefResolver(f"{SCHEMAS.as_uri()}/", schema))
+    checked.add(name)
     for fault in validator.iter_errors(written):
         sys.exit(f"{name}: {'/'.join(map(str, fault.absolute_path))}: {fault.message[:300]}")
     taken = [key for key in schema["required"] if validator.is_valid({other: part for other, part in written.items() if other != key})]
@@ -68,6 +76,70 @@ def recording_of(folder: Path, steps: int) -> Path:
     return folder / "run.csv"
 
 
+def trees(program: Path, work: Path):
+    mesh, tree = work / "ball.obj", work / "b.stree"
+    quick = ("--quality", "quick", "--levels", "2", "--quiet")
+    run(program, "build", mesh, *quick, "-o", tree, "--report", work / "build.json")
+    check("build", (work / "build.json").read_text())
+    run(program, "build", work / "probe.obj", *quick, "--tolerance", "0.5", "--shape", "hulls", "--skin", "off", "-o", work / "h.stree", "--report", work / "build.json")
+    check("build", (work / "build.json").read_text())
+    (work / "cut.stree").write_bytes(tree.read_bytes()[:100])
+    for one in json.loads(run(program, "inspect", tree, work / "h.stree", work / "cut.stree", "--json", codes=(4,)))[:2]:
+        check("inspect", one)
+    for one in json.loads(run(program, "check", mesh, work / "open.obj", "--list-parts", "--json", codes=(4,))):
+        check("check", one)
+    check("repair", run(program, "repair", work / "open.obj", "-o", work / "sound.ply", "--json"))
+    check("evaluate", run(program, "evaluate", mesh, tree, "--json", "--quiet", "--lower-bound"))
+    check("evaluate", run(program, "evaluate", work / "probe.obj", work / "h.stree", "--json", "--quiet", "--no-limits"))
+    run(program, "convert", tree, work / "tree.json")
+    check("tree", (work / "tree.json").read_text())
+    run(program, "convert", work / "h.stree", work / "tree.json")
+    check("tree", (work / "tree.json").read_text())
+
+
+def tissue(program: Path, work: Path):
+    softening = run(program, "soften", work / "ball.obj", work / "b.stree", "--young", "30", "--tets", "100", "--fix", "box:-9,-9,-9,9,9,0",
+                    "-o", work / "b.soft", "--json")
+    check("soften", softening)
+    check("evaluate_states", run(program, "evaluate", work / "ball.obj", work / "b.soft", "--states", "5", "--samples", "100", "--json"))
+
+
+def robots(program: Path, urdf: Path, folder: Path):
+    run(program, "robot", urdf, "-o", folder, "--quality", "quick", "--budget", "20", "--quiet")
+    check("robot", (folder / "robot.json").read_text())
+    check("robot_report", run(program, "report", folder, "-o", folder / "page.html", "--json"))
+    check("evaluate_robot", run(program, "evaluate", urdf, folder / f"{urdf.stem}.curobo.yml", "--json", "--quiet"))
+
+
+def batches(program: Path, work: Path):
+    check("scene", SCENE)
+    (work / "s.scene.json").write_text(json.dumps(SCENE))
+    run(program, "batch", work / "s.scene.json", "-o", work / "trees", "--budget", "60", "--chart", "--quiet", codes=(6,))
+    check("scene", (work / "trees/scene.json").read_text())
+    check("report", (work / "trees/report.json").read_text())
+    (work / "list.jsonl").write_text('{"patient": "P1", "scene": "s.scene.json"}\n{"patient": "P2", "scene": "none.scene.json"}\n')
+    run(program, "batch", "--cohort", work / "list.jsonl", "-o", work / "cohort", "--quiet", codes=(6,))
+    for line in (work / "cohort/cohort.1-of-1.jsonl").read_text().splitlines():
+        check("cohort", line)
+    check("cohort_report", run(program, "report", work / "cohort", "--cohort", "-o", work / "cohort.html", "--json"))
+    run(program, "compare", work / "ball.obj", work / "probe.obj", "--builders", "cover,octree,merge", "--qualities", "quick", "--levels", "2", "--quiet",
+        "--sensitivity", "1", "-o", work / "comparison")
+    check("compare", (work / "comparison/compare.json").read_text())
+
+
+def player(build: Path, program: Path, work: Path):
+    play = build / "tools/haptic_player/haptic-player"
+    for modes in ("paper,constrained", "constrained"):
+        run(play, "--scenario", "F7", "--quality", "quick", "--modes", modes, "--out", work / modes, "--quiet", codes=(0, 5))
+        check("stability", (work / modes / "stability.json").read_text())
+    check("run", run(play, work / "trees", "--clock", "stepped", "--seconds", "0.2", "--passivity-control", "--record", work / "played.csv", "--json"))
+    check("recording_report", run(program, "report", work / "played.csv", "-o", work / "played.html", "--json"))
+    check("cutting", run(play, "--compare-cutting", "--voxel-mm", "0.5", "--json"))
+    check("device", run(play, "--measure", "--json"))
+    run(build / "samples/make_samples/make_samples", "--cavity", work / "cavity")
+    check("grade", run(program, "grade", recording_of(work / "cavity", 6000), "--volume-tolerance", "1", "--json"))
+
+
 def main():
     build, work = Path(sys.argv[1]), Path(sys.argv[2])
     shutil.rmtree(work, ignore_errors=True)
@@ -76,22 +148,22 @@ def main():
     ball(work / "ball.obj", 2)
     ball(work / "probe.obj", 1)
     (work / "open.obj").write_text("\n".join((work / "ball.obj").read_text().splitlines()[:-1]) + "\n")
-    (work / "s.scene.json").write_text(json.dumps(SCENE))
-    run(program, "build", work / "ball.obj", "--quality", "quick", "--levels", "2", "--quiet", "-o", work / "b.stree", "--report", work / "build.json")
-    run(program, "batch", work / "s.scene.json", "-o", work / "trees", "--quiet", codes=(6,))
-    run(program, "compare", work / "ball.obj", work / "probe.obj", "--builders", "cover,octree,merge", "--qualities", "quick", "--levels", "2", "--quiet",
-        "-o", work / "comparison")
-    run(build / "tools/haptic_player/haptic-player", "--scenario", "F7", "--quality", "quick", "--out", work / "stability", "--quiet", codes=(0, 5))
+    trees(program, work)
+    left_out = {"parts"}
+    if (build / "tools/tetrahedra/spheretree-tetrahedra").exists():
+        tissue(program, work)
+    else:
+        left_out |= {"soften", "evaluate_states"}
+    run(build / "samples/make_samples/make_samples", "--robots", work / "robots")
+    robots(program, work / "robots/sample_arm6/sample_arm6.urdf", work / "arm")
+    batches(program, work)
+    player(build, program, work)
     run(build / "samples/make_scans/make_scans", work / "scans", "edge=1.5")
     run(program, "split", work / "scans/upper.obj", "--labels", work / "scans/upper.json", "-o", work / "patient", "--quiet", codes=(0, 5))
-    run(build / "samples/make_samples/make_samples", "--cavity", work / "cavity")
-    graded = subprocess.run([program, "grade", recording_of(work / "cavity", 6000), "--volume-tolerance", "1", "--json"],
-                            stdout=subprocess.PIPE, text=True, check=True).stdout
-    check("grade", json.loads(graded))
-    check("scene", SCENE)
-    for name, file in (("scene", "trees/scene.json"), ("scene", "patient/mouth.scene.json"), ("build", "build.json"), ("report", "trees/report.json"),
-                       ("compare", "comparison/compare.json"), ("stability", "stability/stability.json"), ("split", "patient/split.json")):
-        check(name, json.loads((work / file).read_text(encoding="utf-8")))
+    check("split", (work / "patient/split.json").read_text())
+    check("scene", (work / "patient/mouth.scene.json").read_text())
+    untried = {path.name.split(".")[0] for path in SCHEMAS.iterdir()} - checked - left_out
+    assert not untried, f"schemas of nothing: {untried}"
 
 
 main()

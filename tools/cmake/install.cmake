@@ -52,11 +52,7 @@ endif()
 
 configure_package_config_file(tools/cmake/spheretree-config.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/spheretree-config.cmake
   INSTALL_DESTINATION ${package_folder})
-set(compatibility SameMajorVersion)
-if(PROJECT_VERSION_MAJOR EQUAL 0)  # before 1.0 a minor version may change the interface
-  set(compatibility SameMinorVersion)
-endif()
-write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/spheretree-config-version.cmake COMPATIBILITY ${compatibility})
+write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/spheretree-config-version.cmake COMPATIBILITY SameMajorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/spheretree-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/spheretree-config-version.cmake
   DESTINATION ${package_folder})
 install(FILES LICENSE LICENSE-APACHE-2.0 LICENSE-GPL-3.0 DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -138,9 +138,15 @@ std::string roff(const std::string& text) {
   return out;
 }
 
+/// Whether the program has this option, too: then the page describes it once, behind the verbs.
+bool isOfEveryVerb(const CLI::App& app, const CLI::Option& option) {
+  return app.get_parent() && !option.get_lnames().empty() && app.get_parent()->get_option_no_throw("--" + option.get_lnames()[0]);
+}
+
 /// Arguments first, then the groups of --help in its order, each after a heading: a request of troff.
 std::string optionEntries(const CLI::App& app, const std::string& heading) {
   std::vector<const CLI::Option*> options = optionsOf(app);
+  std::erase_if(options, [&](const CLI::Option* option) { return isOfEveryVerb(app, *option); });
   const std::vector<std::string> groups = app.get_groups();
   const auto placeOf = [&](const CLI::Option* option) {
     return option->get_positional() ? -1 : std::find(groups.begin(), groups.end(), option->get_group()) - groups.begin();
@@ -152,7 +158,7 @@ std::string optionEntries(const CLI::App& app, const std::string& heading) {
       out += heading + " " + roff(group = own) + "\n";
     std::string title;
     for (const std::string& name : namesOf(*option)) title += (title.empty() ? "" : ", ") + name;
-    if (title.empty()) title = option->get_name(true);
+    if (option->get_positional()) title = option->get_name(true, false) + (title.empty() ? "" : ", " + title);
     const std::string type = option->get_type_name(), plain = type.substr(0, type.find_first_of(":{"));
     if (!isFlag(*option) && !option->get_positional()) title += " " + plain;
     out += ".TP\n.B " + roff(title) + "\n" + roff(descriptionOf(*option, option->get_positional())) + "\n";

@@ -33,6 +33,7 @@ std::string rowOf(std::string label, const std::string& text, std::size_t column
 }  // namespace
 
 std::string descriptionOf(const CLI::Option& option, bool is_positional) {
+  if (option.get_positional() && !is_positional) return "In place of " + option.get_name(true, false);
   std::string text = option.get_description();
   if (const std::string value = option.get_default_str(); !value.empty() && text.find("default") == std::string::npos)
     text += "; default " + value;

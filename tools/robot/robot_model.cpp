@@ -119,8 +119,8 @@ class Reader {
     if (const XmlElement* mass = e.FirstChildElement("mass")) out.mass = optionalNumber(path_, *mass, "value").value_or(0);
     if (const XmlElement* tensor = e.FirstChildElement("inertia")) {
       const auto at = [&](const char* name) { return optionalNumber(path_, *tensor, name).value_or(0); };
-      const double xy = at("ixy"), xz = at("ixz"), yz = at("iyz");
-      out.tensor << at("ixx"), xy, xz, xy, at("iyy"), yz, xz, yz, at("izz");
+      const double xx = at("ixx"), yy = at("iyy"), zz = at("izz"), xy = at("ixy"), xz = at("ixz"), yz = at("iyz");
+      out.tensor << xx, xy, xz, xy, yy, yz, xz, yz, zz;
     }
     return out;
   }

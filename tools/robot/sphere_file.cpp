@@ -233,7 +233,12 @@ class SphereFileReader {
 
 }  // namespace
 
-SphereFile readSphereFile(const fs::path& path, std::optional<double> unit_mm) { return SphereFileReader(path, unit_mm).read(); }
+SphereFile readSphereFile(const fs::path& path, std::optional<double> unit_mm) try {
+  return SphereFileReader(path, unit_mm).read();
+} catch (const YAML::Exception& error) {  // a list where a map should be, and the like
+  throw formats::FormatError(path.string() + ": has another structure than the formats that docs/robots.md lists (line " +
+                             std::to_string(error.mark.line + 1) + ").");
+}
 
 bool isSphereFile(const fs::path& path) {
   const std::string ending = tool::endingOf(path);

@@ -30,8 +30,22 @@ highlight_language = "text"
 
 
 def as_lines(app, what, name, obj, options, lines):
-    """The docstrings are plain text: their lines stay lines, and no character has a meaning."""
-    lines[:] = ["| " + re.sub(r"([\\*`_|])", r"\\\1", line) if line.strip() else "" for line in lines] + [""]
+    """The docstrings are plain text: their lines stay lines unless they are full, what is indented is a program, and no
+    character but ` has a meaning."""
+    out, before = [], ""
+    for line in lines:
+        parts = re.split(r"`([^`]*)`", line)
+        parts[::2] = [re.sub(r"([\\*`_|])", r"\\\1", part) for part in parts[::2]]
+        parts[1::2] = [f"``{part}``" for part in parts[1::2]]
+        if line.startswith("    ") or not line.strip():
+            out += [] if not line.strip() or before.startswith("    ") else ["", ".. code-block:: python", ""]
+            out.append(line)
+        elif before.strip() and len(before) + 1 + len(line.split()[0]) > 120:
+            out[-1] += " " + "".join(parts)
+        else:
+            out += ([""] if before.startswith("    ") else []) + ["| " + "".join(parts)]
+        before = line
+    lines[:] = out + [""]
 
 
 def setup(app):

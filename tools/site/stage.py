@@ -113,7 +113,8 @@ def write_interfaces(stage: Stage):
 def help_as_lists(text: str) -> str:
     """A --help as lists, whose lines break where the screen ends."""
     about, usage, groups, ending = re.fullmatch(r"(.*?)\n(Usage: .*?)\n(.*?)((?:^Examples?:).*)?", text, re.DOTALL | re.MULTILINE).groups()
-    plain = lambda words: re.sub(r"([\\*`_|<])", r"\\\1", " ".join(words.split()))
+    escaped = lambda words: re.sub(r"([\\*`_|<])", r"\\\1", " ".join(words.split()))
+    plain = lambda words: re.sub(r"\\`(.*?)\\`|(?<!\S)(--[a-z][a-z-]*)", lambda match: f"``{match[1] or match[2]}``", escaped(words))
     code = lambda lines: "::\n\n" + re.sub("^(?=.)", "    ", lines, flags=re.MULTILINE) + "\n\n"
     out = plain(about) + "\n\n" + code(usage)
     for heading, rows in re.findall(r"^(\S.*):\n((?: .*\n)+)", groups, re.MULTILINE):

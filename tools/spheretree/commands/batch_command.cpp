@@ -303,7 +303,7 @@ void addBatchCommand(Program& program) {
          "LEAVES (1 to 10^9): share this number of leaves among all trees so that the largest error is as small as possible. TIMEus (such "
          "as 20us, above 0): find the trees with the smallest error whose haptic step takes at most this many microseconds, by a model "
          "that is the same on every machine; default: none, each object has its own levels and tolerance")
-      ->type_name("LEAVES|US")
+      ->type_name("LEAVES|TIMEus")
       ->check([](const std::string& text) {
         std::optional<Budget> ignored;
         return parseBudget(text, ignored);

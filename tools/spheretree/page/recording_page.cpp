@@ -212,7 +212,7 @@ Report recordingReport(const fs::path& file, const std::optional<fs::path>& scen
   progress.stage("recording");
   const Recording recording = readRecording(file);
   Report report;
-  report.figures = {{"schema", "spheretree.recording-report/1"}, {"recording", file.string()}, {"figures", recordingFigures(recording)}};
+  report.figures = {{"schema", "spheretree.recording_report/1"}, {"recording", file.string()}, {"figures", recordingFigures(recording)}};
   const Json& figures = report.figures["figures"];
   for (const std::size_t triangles : kTriangles) {
     progress.check();
