@@ -343,6 +343,11 @@ case_build() {
   expect 0 build mesh.obj -o work/inch.stree --levels 2 --unit in --quality quick
   expect 0 inspect work/inch.stree --json
   says '"unit_mm": 25.4' out
+  expect 0 build mesh.obj -o work/least.stree --tolerance 0.5 --lower-bound --quality quick --report work/least.json
+  says "needs at least [1-9][0-9]* spheres; this tree has [1-9]" out
+  grep -q '"least_spheres": [1-9]' work/least.json || fail "no least_spheres in the report"
+  expect 2 build mesh.obj -o work/least.stree --lower-bound
+  says "Add one, without --shape hulls" err
   expect 5 build mesh.obj -o work/missed.stree --levels 2 --tolerance 1e-9 --quality quick
   says "tolerance" err
   expect 0 inspect work/missed.stree

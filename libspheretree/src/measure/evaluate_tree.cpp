@@ -132,4 +132,12 @@ Evaluation evaluateTree(const TriangleMesh& mesh, const SphereTree& tree, const 
   return arena.execute([&] { return evaluate(mesh, tree, settings, progress, cover_too); });
 }
 
+std::size_t leastSpheres(const TriangleMesh& mesh, double overhang, std::size_t spheres, std::uint64_t seed, Progress& progress,
+                         const TriangleMesh& cover_too) {
+  const SurfaceWithSheets surface = surfaceWithSheets(mesh, cover_too);
+  const TriangleMesh whole = joined(mesh, surface.sheets);
+  const double needed = LowerBound(whole, surface.field, spheres, seed, progress).spheresNeeded(overhang, progress);
+  return static_cast<std::size_t>(std::max(1.0, std::ceil(needed)));
+}
+
 }  // namespace spheretree::builder

@@ -3,12 +3,16 @@
 
 #include <gtest/gtest.h>
 
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 #include <stdexcept>
 
+#include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/builder/evaluate_tree.h"
 #include "support/shapes.h"
 
 namespace spheretree::builder {
@@ -83,6 +87,26 @@ TEST(LowerBound, NeverExceedsTheOverhangOfACover) {
     const ProvenLimit limit = provenLimit(bound, static_cast<std::size_t>(parts), overhang, progress);
     EXPECT_GT(limit.overhang, 0);
     EXPECT_LE(limit.overhang, overhang);
+  }
+}
+
+// No tree has fewer leaves than its overhang needs at least, whichever builder made it, and for any number of threads.
+TEST(LowerBound, NoBuilderGoesBelow) {
+  const TriangleMesh torus = test::torusMesh(3, 1, 24, 12);
+  Progress progress;
+  for (const BuilderKind kind : {BuilderKind::Cover, BuilderKind::Merge, BuilderKind::Grid, BuilderKind::Octree}) {
+    BuildSettings settings;
+    settings.builder = kind, settings.levels = 3, settings.quality = Quality::Quick, settings.skin = false;
+    const LevelBuildStatistics leaves = buildSphereTree(torus, settings, progress).statistics.levels.back();
+    std::size_t least[2];
+    for (const int threads : {1, 2})
+      least[threads - 1] =
+          tbb::task_arena(threads).execute([&] { return leastSpheres(torus, leaves.overhang_bound_mm, leaves.spheres, 1, progress); });
+    EXPECT_EQ(least[0], least[1]);
+    EXPECT_LE(least[0], leaves.spheres) << static_cast<int>(kind);
+    if (kind == BuilderKind::Cover) {
+      EXPECT_GT(4 * least[0], leaves.spheres);
+    }
   }
 }
 

@@ -29,6 +29,7 @@
 #include "pipeline/sound_mesh.h"
 #include "run_files.h"
 #include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/builder/evaluate_tree.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
@@ -52,7 +53,7 @@ struct BuildOptions {
               shape = "balls";
   std::vector<std::string> combine;
   builder::BuildSettings settings;
-  bool crease_angle_is_given = false;
+  bool crease_angle_is_given = false, lower_bound = false;
 };
 
 void checkOptions(const BuildOptions& options, const RunFiles& files) {
@@ -72,6 +73,9 @@ void checkOptions(const BuildOptions& options, const RunFiles& files) {
     throw UsageError("--soft is for --builder cover. Leave one of them out.");
   if (options.skin == "off" && options.crease_angle_is_given)
     throw UsageError("--crease-angle needs a skin, and --skin off builds none. Leave one of them out.");
+  if (options.lower_bound && (options.settings.tolerance_mm == 0 || options.shape == "hulls"))
+    throw UsageError(
+        "--lower-bound states how many spheres a --tolerance needs. Add one, without --shape hulls, or see spheretree evaluate --help.");
   files.willRead(options.input);
   files.willWrite(options.output, {".stree"}, "the tree (for other forms, see spheretree convert)", false);
   files.willWrite(options.report, {".json"}, "the report");
@@ -99,7 +103,7 @@ double secondsOf(const Stages& stages) {
 }
 
 Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired, const builder::BuildResult& result,
-              const std::vector<std::string>& notes, const Stages& stages) {
+              const std::vector<std::string>& notes, std::size_t least_spheres, const Stages& stages) {
   const builder::BuildSettings& s = options.settings;
   const builder::BuildStatistics& statistics = result.statistics;
   const TriangleMesh& mesh = repaired.mesh;
@@ -153,6 +157,7 @@ Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired
                               : Json{{"triangles", simplification.triangles}, {"distance_bound_mm", simplification.distance_bound_mm}};
   out["certified_pieces"] = statistics.certified_pieces;
   out["tolerance_met"] = s.tolerance_mm > 0 ? Json(statistics.tolerance_met) : Json(nullptr);
+  out["least_spheres"] = options.lower_bound ? Json(least_spheres) : Json(nullptr);
   out["stages"] = Json::array();
   for (const builder::BuildStatistics::Stage& stage : stages) out["stages"].push_back({{"name", stage.name}, {"seconds", stage.seconds}});
   out["seconds"] = secondsOf(stages);
@@ -172,7 +177,7 @@ std::string longStages(const Stages& stages) {
   return text;
 }
 
-void printSummary(const BuildOptions& options, const builder::BuildResult& result, const Stages& stages) {
+void printSummary(const BuildOptions& options, const builder::BuildResult& result, std::size_t least_spheres, const Stages& stages) {
   const std::size_t nodes = result.tree.nodeCount();
   printResult("%s: %zu node%s, every level covers the surface; %.1f s%s\n", plainText(options.output.string()).c_str(), nodes,
               nodes == 1 ? "" : "s", secondsOf(stages), longStages(stages).c_str());
@@ -185,6 +190,9 @@ void printSummary(const BuildOptions& options, const builder::BuildResult& resul
     if (shows_growth) printResult("  %24.4g", l.largest_growth_mm);
     printResult("\n");
   }
+  if (options.lower_bound)
+    printResult("proven: %g mm needs at least %zu spheres; this tree has %.2f times as many\n", options.settings.tolerance_mm,
+                least_spheres, static_cast<double>(result.statistics.levels.back().spheres) / static_cast<double>(least_spheres));
   if (const Hulls& hulls = result.tree.hulls; !hulls.empty())
     printResult("hulls: %u in %zu parts, overhang bound %.6g mm\n", hulls.count, hulls.parts.size(), double{hulls.overhang_bound});
 }
@@ -283,9 +291,17 @@ int buildOne(BuildOptions options, bool quiet, builder::Progress& progress) {
   formats::writeSphereTree(options.output, result.tree);
   if (!options.uncertified.empty()) formats::writeWhole(options.uncertified, formats::writeSph(result.uncertified, SphereKind::Cover));
   finish("write");
+  std::size_t least_spheres = 0;
+  if (options.lower_bound) {
+    progress.stage("lower bound");
+    least_spheres = builder::leastSpheres(repaired.mesh, options.settings.tolerance_mm, result.statistics.levels.back().spheres,
+                                          options.settings.seed, progress, repaired.to_cover);
+    finish("lower bound");
+  }
   const Stages stages = allStages(own, result.statistics);
-  if (!options.report.empty()) formats::writeWhole(options.report, jsonText(reportOf(options, repaired, result, notes, stages), 2) + "\n");
-  if (!isDash(options.output) && !isDash(options.report)) printSummary(options, result, stages);
+  if (!options.report.empty())
+    formats::writeWhole(options.report, jsonText(reportOf(options, repaired, result, notes, least_spheres, stages), 2) + "\n");
+  if (!isDash(options.output) && !isDash(options.report)) printSummary(options, result, least_spheres, stages);
   if (options.settings.tolerance_mm > 0 && !result.statistics.tolerance_met) {
     const std::string more = leavesBind(options.settings) ? "--leaves" : "--levels";
     const auto& leaves = result.statistics.levels.back();
@@ -389,6 +405,8 @@ void addBuildCommand(Program& program) {
                   "all levels are filled")
       ->type_name("MM")
       ->check([](const std::string& text) { return lengthIn(text) ? std::string() : text + " is not a length above 0"; });
+  app->add_flag("--lower-bound", options->lower_bound,
+                "With --tolerance: also prove how many spheres it needs at least; a minute or more for 512 leaves; default: off");
   addTreeSize(*app, options->settings.levels, options->settings.branching);
   app->add_option("--leaves", options->settings.max_leaves,
                   "Largest number of leaves, 1 to 32768; builder cover, or --search; default: as many as --levels and --branching allow")

@@ -4,6 +4,7 @@
 // Units: mm, frame of the mesh.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "spheretree/builder/evaluation.h"
@@ -30,5 +31,12 @@ struct EvaluateSettings {
 /// @throws Cancelled, std::invalid_argument for an empty tree or a mesh without area.
 Evaluation evaluateTree(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress,
                         const TriangleMesh& cover_too = {});
+
+/// Proven: fewer balls than this do not cover `mesh` and `cover_too` if no point of them is farther outside than
+/// `overhang` [mm, > 0]. The bound is best for about `spheres` balls, and takes the longer the more: a minute for 512.
+/// Theorem: docs/algorithms/measure/lower_bound.md
+/// @throws Cancelled, std::invalid_argument for no spheres or a mesh without area.
+std::size_t leastSpheres(const TriangleMesh& mesh, double overhang, std::size_t spheres, std::uint64_t seed, Progress& progress,
+                         const TriangleMesh& cover_too = {});
 
 }  // namespace spheretree::builder
