@@ -18,7 +18,6 @@ constexpr int kMaxAttempts = 8;          // builds for a smaller tolerance, if c
 constexpr double kUndershoot = 0.997;    // further factor on these tolerances; applied once more in each attempt
 constexpr std::size_t kSmallTree = 21;   // nodes: 1 + 4 + 16; trees this small are searched exhaustively
 constexpr std::size_t kNearlySmall = 2;  // times this number: if the search needs more nodes, no full tree is tried
-constexpr double kOutOfReach = 1.05;     // times the tolerance: if a full tree exceeds this, trees with fewer leaves are not tried
 
 // Levels are built for the tolerance divided by this factor, since certification increases radii to close the gaps that
 // a search leaves.
@@ -57,16 +56,15 @@ class LevelSearch {
     if (isKept(other) && (!isKept(best_) || other.count() < best_.count())) best_ = std::move(other);
   }
 
-  // Builds every small full tree of `depth` levels, the largest branching first, until one is out of reach.
+  // Builds every small full tree of `depth` levels, the largest branching first, until one does not keep the tolerance.
   void tryFull(int depth) {
     for (int branching = settings_.branching; branching >= kMinBranching; --branching) {
       std::size_t nodes = 1;
       for (int level = 1, width = 1; level < depth; ++level) nodes += static_cast<std::size_t>(width *= branching);
       if (nodes > kSmallTree || (isKept(best_) && nodes >= best_.count())) continue;
       CertifiedLevels tree = full(depth, branching);
-      const bool is_out_of_reach = tree.overhang_bound > kOutOfReach * settings_.tolerance_mm;
+      if (!isKept(tree)) return;
       offer(std::move(tree));
-      if (is_out_of_reach) return;
     }
   }
 

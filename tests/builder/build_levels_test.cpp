@@ -45,7 +45,7 @@ TEST(BuildLevels, EveryBuilderFitsTheBudget) {
       EXPECT_LE(levels.balls[level].size(), largest);
       if (levels.parents.empty()) continue;
       ASSERT_EQ(levels.parents[level].size(), levels.balls[level].size());
-      for (const std::uint32_t parent : levels.parents[level]) EXPECT_EQ(parent == kNoParent, level == 0);
+      for (const std::uint32_t parent : levels.parents[level]) EXPECT_EQ(parent == kNone, level == 0);
     }
     EXPECT_EQ(levels.parents.empty(), static_cast<BuilderKind>(kind) == BuilderKind::Cover) << "a published method has its own parents";
   }

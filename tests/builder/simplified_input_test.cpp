@@ -19,7 +19,7 @@ TEST(SimplifiedInput, ResultsAreMappedBackToTheMesh) {
   EXPECT_EQ(search.mesh.triangles.size(), mesh.triangles.size());
   LevelBalls found;
   found.balls = {{{Vector3d::Zero(), 1}}, {{search.mesh.positions[0], 0.5}, {search.mesh.positions[7], 0.25}}};
-  found.parents = {{kNoParent}, {0, 0}};
+  found.parents = {{kNone}, {0, 0}};
   const LevelBalls there = inFrameOfMesh(found, search.pose);
   EXPECT_EQ(there.parents, found.parents);
   EXPECT_TRUE(there.balls[0][0].centre.isApprox(Vector3d(10.5, 22, 31), 1e-9));

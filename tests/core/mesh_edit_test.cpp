@@ -24,7 +24,7 @@ TEST(MeshEdit, WeldsEqualVerticesToTheFirstOfThem) {
   TriangleMesh mesh;
   mesh.positions = {{9, 9, 9}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 0}};
   mesh.triangles = {{1, 2, 3}, {4, 5, 6}, {7, 5, 1}};
-  EXPECT_EQ(weldEqualVertices(mesh), (std::vector<std::uint32_t>{kNoVertex, 0, 1, 2, 1, 3, 2, 0}));
+  EXPECT_EQ(weldEqualVertices(mesh), (std::vector<std::uint32_t>{kNone, 0, 1, 2, 1, 3, 2, 0}));
   EXPECT_EQ(mesh.positions, (std::vector<Vector3d>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}));
   EXPECT_EQ(mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {1, 3, 2}, {0, 3, 0}}));
   EXPECT_EQ(weldEqualVertices(mesh), (std::vector<std::uint32_t>{0, 1, 2, 3}));

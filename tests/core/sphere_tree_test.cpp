@@ -32,7 +32,7 @@ TEST(LinkNodes, FindsChildrenAndLevels) {
   tree.cover.resize(7);
   ASSERT_TRUE(linkNodes(tree));
   EXPECT_EQ(tree.first_child, (std::vector<std::uint32_t>{1, 4, 6, 0, 0, 0, 0}));
-  EXPECT_EQ(tree.bound_index, (std::vector<std::uint32_t>{0, 1, 2, kNoBound, kNoBound, kNoBound, kNoBound}));
+  EXPECT_EQ(tree.bound_index, (std::vector<std::uint32_t>{0, 1, 2, kNone, kNone, kNone, kNone}));
   EXPECT_EQ(tree.level_begin, (std::vector<std::uint32_t>{0, 1, 4, 7}));
   EXPECT_EQ(levelSet(tree, 0), (std::vector<std::uint32_t>{0}));
   EXPECT_EQ(levelSet(tree, 1), (std::vector<std::uint32_t>{1, 2, 3}));

@@ -118,7 +118,7 @@ TEST(MeshAssembly, RefusesAVertexThatIsNotFiniteIfAFaceUsesIt) {
     metres.addTriangle(0, 1, 2);
     std::string_view rest = text;
     metres.takeVertex(rest, 7);
-    EXPECT_EQ(MeshAssembly(metres).finish("PLY").vertex_of_file[3], kNoVertex) << "no face uses it";
+    EXPECT_EQ(MeshAssembly(metres).finish("PLY").vertex_of_file[3], kNone) << "no face uses it";
     metres.addTriangle(1, 2, 3);
     const std::string refusal = test::refusalOf<FormatError>([&] { (void)metres.finish("PLY"); });
     EXPECT_TRUE(test::has(refusal, message)) << refusal;

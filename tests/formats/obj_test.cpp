@@ -144,7 +144,7 @@ TEST(Obj, ANumberTooSmallForDoublePrecisionIsZero) {
 TEST(Obj, AVertexThatNoFaceUsesMayBeNoPoint) {
   const MeshFile file = readObjText(kTetrahedron + "v nan nan nan\nv 1.#QNAN -1.#IND00 1.#INF\nv inf 0 0\n");
   EXPECT_EQ(file.mesh.triangles, readObjText(kTetrahedron).mesh.triangles);
-  EXPECT_EQ(file.vertex_of_file[4], kNoVertex);
+  EXPECT_EQ(file.vertex_of_file[4], kNone);
   ASSERT_EQ(file.notes.size(), 2u);
   EXPECT_TRUE(says(file.notes[0], {"vertices", "no face uses"}));
   EXPECT_EQ(file.notes[1], "3 of them are not at a finite point.");

@@ -79,7 +79,7 @@ TEST(ScanLabels, ReadsOrRefusesAnyDamage) {
 TEST(MeshFile, TellsWhereEachVertexOfTheFileWent) {
   const std::string text = "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0\nv 0 0 1\nf 2 3 4\nf 5 3 6\n";
   const MeshFile file = readObj(text, "a.obj", 1);
-  EXPECT_EQ(file.vertex_of_file, (std::vector<std::uint32_t>{kNoVertex, 0, 1, 2, 0, 3}));
+  EXPECT_EQ(file.vertex_of_file, (std::vector<std::uint32_t>{kNone, 0, 1, 2, 0, 3}));
 }
 
 TEST(PlyColumn, ReadsScalarsOfVerticesAndFacesAndColours) {

@@ -138,8 +138,8 @@ TEST(SoftModel, WhatHangsOnAFixedNodeKeepsItsOwnNormal) {
   EXPECT_EQ(model->fans.size(), 5u);
   int held = 0, all_held = 0;
   for (const SoftModel::Vertex& vertex : model->vertices) {
-    for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(vertex.fans[k] == kHeldNode, vertex.point.node[k] == kHeldNode);
-    if (vertex.point.node[2] != kHeldNode || !(vertex.point.weight[2] > 1e-4f)) continue;
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(vertex.fans[k] == kNone, vertex.point.node[k] == kNone);
+    if (vertex.point.node[2] != kNone || !(vertex.point.weight[2] > 1e-4f)) continue;
     ++held;
     if (vertex.point.weight[2] < 0.999f) {  // its way to a fixed node starts where its other nodes are
       Vector3f mean = Vector3f::Zero();

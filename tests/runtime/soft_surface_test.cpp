@@ -43,7 +43,7 @@ struct SurfaceRig {
     for (std::size_t k = 0; k < 3; ++k) {
       const PressPoint& corner = model->vertices[made.tree->skin.triangles[point.triangle].vertex[k]].point;
       for (std::size_t i = 0; i < 3; ++i)
-        if (corner.node[i] != kHeldNode)
+        if (corner.node[i] != kNone)
           sum += point.weight[k] * static_cast<double>(corner.weight[i]) *
                  Eigen::Map<const Eigen::Vector3f>(field.data() + 3 * corner.node[i]).cast<double>();
     }

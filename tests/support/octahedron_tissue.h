@@ -31,7 +31,7 @@ inline PressPoint onOctahedron(const Eigen::Vector3f& p, std::uint32_t held) {
   for (std::uint32_t k = 0; k < 3; ++k) {
     const float x = p[static_cast<Eigen::Index>(k)];
     point.node[k] = 2 * k + (x < 0 ? 1 : 0);
-    if (point.node[k] >= held) point.node[k] = kHeldNode;
+    if (point.node[k] >= held) point.node[k] = kNone;
     point.weight[k] = std::abs(x) / sum;
   }
   return point;

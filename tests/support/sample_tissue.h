@@ -29,7 +29,7 @@ inline Tissue twoTetrahedra(const SphereTree& tree) {
   }
   tissue.response.pressed = {1, 3};
   for (std::uint32_t v = 0; v < tree.skin.vertices.size() + tree.skin.edges.size(); ++v)
-    tissue.response.points.push_back({{v % 2, kHeldNode, 1}, {0.25f, 0.5f, 0.25f}});
+    tissue.response.points.push_back({{v % 2, kNone, 1}, {0.25f, 0.5f, 0.25f}});
   for (std::size_t i = 0; i < 9 * 2 * 2; ++i) tissue.response.matrix.push_back(static_cast<float>(i) / 8);
   return tissue;
 }

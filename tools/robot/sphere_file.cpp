@@ -257,7 +257,7 @@ SphereTree levelOf(const SphereSet& set) {
     const Eigen::Vector3f c = roundToFloat(ball.centre);
     tree.cover.push_back({c.x(), c.y(), c.z(), roundToFloat(ball.radius)});
   }
-  tree.bound_index.assign(set.balls.size(), kNoBound);
+  tree.bound_index.assign(set.balls.size(), kNone);
   tree.first_child.assign(set.balls.size(), 0);
   tree.child_count.assign(set.balls.size(), 0);
   tree.level_begin = {0, static_cast<std::uint32_t>(set.balls.size())};

@@ -19,7 +19,6 @@ namespace spheretree::formats {
 namespace {
 
 constexpr std::size_t kMaxConcaveCorners = 4096;  // ear clipping takes quadratic time
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 using Point2 = std::array<double, 2>;
 
@@ -213,8 +212,8 @@ MeshFile MeshAssembly::finish(std::string format) {
   file.mesh.triangles = std::move(triangles_);
   file.vertex_of_file = weldEqualVertices(file.mesh);
   for (const BadVertex& bad : bad_vertices_)
-    if (file.vertex_of_file[bad.vertex] != kNoVertex) refuseUsed(bad);
-  const auto unused = static_cast<std::size_t>(std::count(file.vertex_of_file.begin(), file.vertex_of_file.end(), kNoVertex));
+    if (file.vertex_of_file[bad.vertex] != kNone) refuseUsed(bad);
+  const auto unused = static_cast<std::size_t>(std::count(file.vertex_of_file.begin(), file.vertex_of_file.end(), kNone));
   if (part_names_.size() > 1 || !part_names_[0].empty()) {
     file.mesh.part = std::move(part_);
     file.mesh.part_names = std::move(part_names_);

@@ -89,12 +89,12 @@ std::array<double, 3> originOf(const std::vector<Slot>& slots) {
 
 std::string writeSph(const SphereTree& tree, SphereKind kind) {
   const auto branching = static_cast<std::size_t>(tree.branching);
-  std::vector<std::uint32_t> node_at(slotCount(tree.levelCount(), tree.branching), kNoBound);
+  std::vector<std::uint32_t> node_at(slotCount(tree.levelCount(), tree.branching), kNone);
   node_at[0] = 0;
   std::string text = std::to_string(tree.levelCount()) + " " + std::to_string(tree.branching) + "\n";
   for (std::size_t slot = 0; slot < node_at.size(); ++slot) {
     const std::uint32_t node = node_at[slot];
-    if (node == kNoBound) {
+    if (node == kNone) {
       text += "0 0 0 -1 0\n";
       continue;
     }

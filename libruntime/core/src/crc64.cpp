@@ -14,9 +14,9 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "words are taken from the bytes as they stand");
 
-constexpr std::size_t kSlices = 16;
+constexpr std::size_t kBlock = 16;  // bytes of a round: two words, or a register that the instruction multiplies
 /// [k][b]: the contribution of byte b to the checksum when k more bytes follow it.
-using Tables = std::array<std::array<std::uint64_t, 256>, kSlices>;
+using Tables = std::array<std::array<std::uint64_t, 256>, kBlock>;
 
 /// A polynomial of degree 63, its highest power in bit 0, times x, modulo that of the checksum.
 std::uint64_t timesX(std::uint64_t polynomial) { return (polynomial >> 1) ^ ((polynomial & 1) ? 0xc96c5795d7870f42u : 0u); }
@@ -28,7 +28,7 @@ Tables makeTables() {
     for (int bit = 0; bit < 8; ++bit) crc = timesX(crc);
     tables[0][byte] = crc;
   }
-  for (std::size_t k = 1; k < kSlices; ++k)
+  for (std::size_t k = 1; k < kBlock; ++k)
     for (std::size_t byte = 0; byte < 256; ++byte) tables[k][byte] = tables[0][tables[k - 1][byte] & 0xff] ^ (tables[k - 1][byte] >> 8);
   return tables;
 }
@@ -36,7 +36,7 @@ Tables makeTables() {
 /// From the register after some bytes to that after `bytes`.
 std::uint64_t byTables(std::span<const std::byte> bytes, std::uint64_t crc) {
   static const Tables kTables = makeTables();  // computed in the first call, so that the library need not contain 32 KiB of tables
-  for (; bytes.size() >= kSlices; bytes = bytes.subspan(kSlices)) {
+  for (; bytes.size() >= kBlock; bytes = bytes.subspan(kBlock)) {
     std::array<std::uint64_t, 2> words;
     std::memcpy(words.data(), bytes.data(), sizeof words);
     words[0] ^= crc;
@@ -49,7 +49,7 @@ std::uint64_t byTables(std::span<const std::byte> bytes, std::uint64_t crc) {
 
 #if defined(__x86_64__)
 
-constexpr std::size_t kBlock = 16, kLanes = 4;
+constexpr std::size_t kLanes = 4;
 
 /// A block counts as much as the sum of its halves, each times its power of x, in a block that comes later. The
 /// instruction's product contains one more factor x.

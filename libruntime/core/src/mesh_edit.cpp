@@ -6,10 +6,10 @@
 namespace spheretree {
 namespace {
 
-/// The index of the first vertex at exactly the same position, for each position; kNoVertex where `used` is false.
+/// The index of the first vertex at exactly the same position, for each position; kNone where `used` is false.
 std::vector<std::uint32_t> firstAtEach(const std::vector<Eigen::Vector3d>& positions, const std::vector<bool>& used) {
   const std::size_t slots = std::bit_ceil(positions.size() * 2 + 1);
-  std::vector<std::uint32_t> table(slots, kNoVertex), first(positions.size(), kNoVertex);
+  std::vector<std::uint32_t> table(slots, kNone), first(positions.size(), kNone);
   for (std::size_t i = 0; i < positions.size(); ++i) {
     if (!used[i]) continue;
     std::uint64_t hash = 0x9e3779b97f4a7c15u;
@@ -19,8 +19,8 @@ std::vector<std::uint32_t> firstAtEach(const std::vector<Eigen::Vector3d>& posit
     }
     hash = (hash ^ (hash >> 32)) * 0x94d049bb133111ebu;
     std::size_t slot = (hash ^ (hash >> 31)) & (slots - 1);
-    while (table[slot] != kNoVertex && positions[table[slot]] != positions[i]) slot = (slot + 1) & (slots - 1);
-    if (table[slot] == kNoVertex) table[slot] = static_cast<std::uint32_t>(i);
+    while (table[slot] != kNone && positions[table[slot]] != positions[i]) slot = (slot + 1) & (slots - 1);
+    if (table[slot] == kNone) table[slot] = static_cast<std::uint32_t>(i);
     first[i] = table[slot];
   }
   return first;
@@ -29,13 +29,12 @@ std::vector<std::uint32_t> firstAtEach(const std::vector<Eigen::Vector3d>& posit
 }  // namespace
 
 void dropUnusedVertices(TriangleMesh& mesh) {
-  constexpr std::uint32_t kUnused = 0xffffffff;
-  std::vector<std::uint32_t> index(mesh.positions.size(), kUnused);
+  std::vector<std::uint32_t> index(mesh.positions.size(), kNone);
   for (const Triangle& triangle : mesh.triangles)
     for (const std::uint32_t v : triangle) index[v] = 0;
   std::size_t kept = 0;
   for (std::size_t v = 0; v < index.size(); ++v) {
-    if (index[v] == kUnused) continue;
+    if (index[v] == kNone) continue;
     index[v] = static_cast<std::uint32_t>(kept);
     mesh.positions[kept++] = mesh.positions[v];
   }
@@ -51,7 +50,7 @@ std::vector<std::uint32_t> weldEqualVertices(TriangleMesh& mesh) {
   std::vector<std::uint32_t> index = firstAtEach(mesh.positions, used);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < index.size(); ++i) {
-    if (index[i] == kNoVertex) continue;
+    if (index[i] == kNone) continue;
     if (index[i] == i) {
       index[i] = static_cast<std::uint32_t>(kept);
       mesh.positions[kept++] = mesh.positions[i];

@@ -24,17 +24,16 @@ static_assert(sizeof(Header) == 32 && offsetof(Header, checksum) == 24);
 
 struct Entry {
   SectionId id;
-  std::uint32_t flags;
+  std::uint32_t flags;  // 1: optional; 0: required
   std::uint64_t offset, bytes;
 };
 static_assert(sizeof(Entry) == 24);
-constexpr std::uint32_t kOptional = 1;  // flag
 
 std::uint64_t alignUp(std::uint64_t offset) { return (offset + kSectionAlignment - 1) / kSectionAlignment * kSectionAlignment; }
 
 std::uint64_t checksumOf(std::span<const std::byte> file) {
-  constexpr std::array<std::byte, 8> kZero{};
-  const std::uint64_t crc = crc64(kZero, crc64(file.first(offsetof(Header, checksum))));
+  const std::array<std::byte, sizeof(Header::checksum)> zero{};
+  const std::uint64_t crc = crc64(zero, crc64(file.first(offsetof(Header, checksum))));
   return crc64(file.subspan(sizeof(Header)), crc);
 }
 
@@ -53,8 +52,8 @@ LoadStatus readHeader(std::span<const std::byte> file, Header& header, std::stri
     fault = describe("has %zu bytes of %llu", file.size(), static_cast<unsigned long long>(wanted));
     return LoadStatus::Truncated;
   };
-  constexpr std::size_t kPrefixBytes = 12;  // magic and version: the only fields that all versions share
-  if (file.size() < kPrefixBytes) return tooShort(sizeof header);
+  // Magic and version are the only fields that all versions share.
+  if (file.size() < offsetof(Header, section_count)) return tooShort(sizeof header);
   std::memcpy(&header, file.data(), std::min(file.size(), sizeof header));
   if (header.major != kFormatMajor) {
     fault = describe("offset 8: version %d.%d, this reader knows %d.x", header.major, header.minor, kFormatMajor);
@@ -95,9 +94,9 @@ LoadStatus openSections(std::span<const std::byte> file, std::vector<Section>& s
     const std::uint64_t entry_at = sizeof header + i * sizeof(Entry);
     Entry entry;
     std::memcpy(&entry, file.data() + entry_at, sizeof entry);
-    const Section section{entry.id, (entry.flags & kOptional) != 0, entry.offset, {}};
+    const Section section{entry.id, entry.flags != 0, entry.offset, {}};
     const auto badEntry = [&](const char* what) { return bad(entry_at, (nameOf(section) + what).c_str()); };
-    if ((entry.flags & ~kOptional) != 0) return badEntry(" has unknown flags");
+    if (entry.flags > 1) return badEntry(" has unknown flags");
     if (std::any_of(sections.begin(), sections.end(), [&](const Section& s) { return s.id == entry.id; }))
       return badEntry(" repeats an earlier one");
     if (entry.offset != alignUp(end)) return badEntry(" does not stand behind the one before it, at the next multiple of 64");
@@ -115,7 +114,7 @@ std::vector<std::byte> SectionWriter::finish() const {
   std::vector<Entry> entries;
   std::uint64_t end = sizeof(Header) + parts_.size() * sizeof(Entry);
   for (const Part& part : parts_) {
-    entries.push_back({part.id, part.is_optional ? kOptional : 0, alignUp(end), part.bytes.size()});
+    entries.push_back({part.id, std::uint32_t{part.is_optional}, alignUp(end), part.bytes.size()});
     end = entries.back().offset + part.bytes.size();
   }
   Header header{kMagic, kFormatMajor, kFormatMinor, static_cast<std::uint32_t>(parts_.size()), end, 0};

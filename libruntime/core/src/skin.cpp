@@ -18,7 +18,6 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 constexpr double kOctahedral = 32767;  // largest coordinate
-constexpr int kMaxOffset = 127;        // largest component of the offset of an edge's middle, in steps; -128 is not used
 
 bool inRange(float value, float low, float high) { return value >= low && value <= high; }
 
@@ -55,7 +54,7 @@ std::string findElementFault(const Skin& skin) {
     if (bad(e.normal)) return faultOf("edge", i, "its normal is out of range");
     if (e.is_sharp > 1) return faultOf("edge", i, "its flag is neither 0 nor 1");
     for (const std::int8_t x : e.offset)
-      if (x < -kMaxOffset || (e.is_sharp && x != 0)) return faultOf("edge", i, "its offset is out of range");
+      if (x == std::numeric_limits<std::int8_t>::min() || (e.is_sharp && x != 0)) return faultOf("edge", i, "its offset is out of range");
     if (!(swingOf(skin, e) <= skin.tolerance)) return faultOf("edge", i, "it swings out farther than the tolerance of the skin");
   }
   for (std::size_t i = 0; i < skin.triangles.size(); ++i) {
@@ -157,8 +156,8 @@ PackedNormal packNormal(const Vector3d& unit) {
 }
 
 Vector3f unpackNormal(const PackedNormal& packed) {
-  constexpr auto kScale = static_cast<float>(1 / kOctahedral);
-  const float x = static_cast<float>(packed[0]) * kScale, y = static_cast<float>(packed[1]) * kScale, z = 1 - std::abs(x) - std::abs(y),
+  const auto scale = static_cast<float>(1 / kOctahedral);
+  const float x = static_cast<float>(packed[0]) * scale, y = static_cast<float>(packed[1]) * scale, z = 1 - std::abs(x) - std::abs(y),
               fold = std::max(-z, 0.0f);
   const Vector3f n(x - signOf(x) * fold, y - signOf(y) * fold, z);
   return n / lengthOf(n);
@@ -226,9 +225,9 @@ float swingOf(const Skin& skin, const SkinEdge& edge) {
 }
 
 float allowanceOf(const SkinPatch& patch, float tolerance) {
-  constexpr auto kSameNormal = static_cast<float>(2 * kNormalError);  // largest distance of two packed forms of one direction
+  const auto same = static_cast<float>(2 * kNormalError);  // largest distance of two packed forms of one direction
   for (std::size_t k = 0; k < 6; ++k)
-    if (squareOf(patch.normal[k] - patch.normal[0]) > kSameNormal * kSameNormal) return tolerance;
+    if (squareOf(patch.normal[k] - patch.normal[0]) > same * same) return tolerance;
   for (std::size_t k = 0; k < 3; ++k)  // rounded like a middle without an offset in patchOf()
     if (patch.position[3 + k] != 0.5f * (patch.position[k] + patch.position[(k + 1) % 3])) return tolerance;
   return 0;
@@ -267,8 +266,8 @@ std::string findFault(const Skin& skin) {
   if (std::string fault = findNumberFault(skin); !fault.empty()) return fault;
   if (skin.triangles.empty() || skin.triangles.size() > kMaxSearchItems)
     return describe("the skin has %zu triangles, not 1 to %zu", skin.triangles.size(), kMaxSearchItems);
-  constexpr std::size_t kMax = 65536;  // number of elements that 16 bits can identify
-  if (skin.vertices.size() > kMax || skin.edges.size() > kMax) return "the skin has more vertices or edges than 65536";
+  const std::size_t last = std::numeric_limits<std::uint16_t>::max();  // index that 16 bits can hold
+  if (std::max(skin.vertices.size(), skin.edges.size()) > last + 1) return "the skin has more vertices or edges than 65536";
   if (std::string fault = findElementFault(skin); !fault.empty()) return fault;
   if (!skin.search.item.empty()) return "the triangles of a skin stand in the order of its search tree, which needs no list of items";
   if (std::string fault = findTopologyFault(skin.search, skin.triangles.size()); !fault.empty()) return fault.insert(0, "skin: ");

@@ -166,11 +166,10 @@ Eigen::Vector3d enclosingCentre(std::span<const Item> items) {
   basis.add(ballOf(items[largest]), largest);
   Eigen::Vector3d centre = basis.ball[0].centre, best_centre = centre;
   double basis_radius = basis.ball[0].radius, best_radius = std::numeric_limits<double>::infinity();
-  constexpr int kMaxExchanges = 1000;  // about 10 are usual; the radius grows with each exchange, so that only rounding can cause a cycle
-  for (int exchange = 0; exchange < kMaxExchanges; ++exchange) {
+  for (;;) {  // about 10 times; the radius grows each time, so that no basis returns
     const auto [farthest, radius] = farthestOf(items, centre);
     if (radius < best_radius) best_radius = radius, best_centre = centre;
-    if (farthest == items.size() || radius <= basis_radius * (1 + 1e-12) || basis.contains(farthest)) break;
+    if (farthest == items.size() || radius <= basis_radius * (1 + kRounding) || basis.contains(farthest)) break;
 
     Basis next;
     next.add(ballOf(items[farthest]), farthest);  // must be part of the new basis

@@ -11,9 +11,8 @@
 namespace spheretree {
 
 std::string toHex(const Hash128& hash) {
-  constexpr char kDigits[] = "0123456789abcdef";
   std::string text;
-  for (const std::uint8_t byte : hash) text += {kDigits[byte >> 4], kDigits[byte & 15]};
+  for (const std::uint8_t byte : hash) text += describe("%02x", unsigned{byte});
   return text;
 }
 
@@ -185,7 +184,7 @@ std::vector<std::uint32_t> levelSet(const SphereTree& tree, int level) {
 bool linkNodes(SphereTree& tree) {
   const std::size_t n = tree.child_count.size();
   tree.first_child.assign(n, 0);
-  tree.bound_index.assign(n, kNoBound);
+  tree.bound_index.assign(n, kNone);
   tree.level_begin.assign(1, 0);
   if (n == 0 || n > kMaxNodes || n != tree.cover.size()) return false;
   std::uint32_t next_child = 1, next_bound = 0, level_end = 1;

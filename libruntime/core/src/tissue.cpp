@@ -85,7 +85,7 @@ std::string findResponseFault(const Tissue& tissue) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t node = response.points[i].node[k];
       const float weight = response.points[i].weight[k];
-      if ((node >= pressed && node != kHeldNode) || !(weight >= 0 && weight <= 1))
+      if ((node >= pressed && node != kNone) || !(weight >= 0 && weight <= 1))
         return describe("the point that vertex %zu of the skin goes with is out of range", i);
     }
   if (!std::all_of(response.matrix.begin(), response.matrix.end(), [](float x) { return std::isfinite(x); }))
@@ -212,10 +212,9 @@ std::string findFault(const Tissue& tissue, const SphereTree& tree) {
 }
 
 std::vector<std::array<std::uint32_t, 3>> outerFaces(const Tissue& tissue) {
-  constexpr std::array<std::array<std::size_t, 3>, 4> kFaces{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};  // as seen from outside
   std::vector<std::pair<std::array<std::uint32_t, 3>, std::array<std::uint32_t, 3>>> faces;  // sorted nodes; the face with its winding
   for (const std::array<std::uint32_t, 4>& c : tissue.tetrahedra)
-    for (const std::array<std::size_t, 3>& k : kFaces) {
+    for (const std::array<std::size_t, 3>& k : kTetrahedronFaces) {
       const std::array<std::uint32_t, 3> face{c[k[0]], c[k[1]], c[k[2]]};
       faces.emplace_back(face, face);
       std::sort(faces.back().first.begin(), faces.back().first.end());
@@ -242,8 +241,8 @@ void moveSurface(const Tissue& tissue, std::span<const Vector3d> displacements, 
 void moveLeaves(const Tissue& tissue, std::span<const Vector3d> displacements, std::span<const Vector3d> positions,
                 std::span<Sphere> leaves) noexcept {
   // A position is a sum of about a dozen rounded products, with an error of a few times 1e-16 of the largest of them.
-  // Weights above 1, which extrapolate, are at most about 10 in practice; four more digits allow for 1000.
-  constexpr double kRounding = 1e-12, kPoint = 1e-6;
+  // Weights above 1, which extrapolate, are at most about 10 in practice; `kRounding` allows for 1000.
+  constexpr double kPoint = 1e-6;
   const auto vertices = static_cast<std::uint32_t>(tissue.surface.size());
   for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
     const Eigen::Vector3f centre = roundToFloat(movedCentre(tissue, tissue.leaves.anchors[leaf], displacements, positions));

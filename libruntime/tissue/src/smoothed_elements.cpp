@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "edges_of.h"
+#include "spheretree/core/rounding.h"
 
 namespace spheretree::tissue {
 
@@ -16,7 +17,6 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr int kTurns = 12;            // iterations for a rotation; 2 or 3 are usual
-constexpr double kTurned = 1e-7;      // a smaller rotation ends the iteration: the remaining error is its square [rad]
 constexpr double kFlat = 0.3;         // share of the volume below which a tetrahedron gets the additional energy
 constexpr double kBarrier = 10;       // its stiffness, as a multiple of the material's bulk resistance
 constexpr double kMinStretch = 0.05;  // sums of two singular values below this: nearly flat or inverted
@@ -39,7 +39,7 @@ Matrix3d turnTowards(const Matrix3d& gradient, Quaterniond& turn) {
     const Vector3d half = 0.5 * omega;
     turn = (turn * Quaterniond(1, half.x(), half.y(), half.z())).normalized();
     r = turn.toRotationMatrix();
-    if (!(omega.squaredNorm() > kTurned * kTurned)) break;
+    if (!(omega.squaredNorm() > kRounding)) break;  // the square is the error that is left [rad]
   }
   return r;
 }

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "smoothed_elements.h"
+#include "spheretree/core/rounding.h"
 
 namespace spheretree::tissue {
 
@@ -21,7 +22,6 @@ namespace {
 constexpr std::size_t kMemory = 8;    // pairs of L-BFGS
 constexpr int kMaxHalvings = 12;      // of a step along a direction
 constexpr double kSufficient = 1e-4;  // Armijo's constant, as in J. Nocedal, S. Wright, Numerical Optimization
-constexpr double kRounding = 1e-13;   // relative, of a sum of energies
 constexpr double kMaxInverted = 0.05;
 
 using Field = std::vector<Vector3d>;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "spheretree/core/none.h"
 #include "spheretree/core/sphere.h"
 
 namespace spheretree::builder {
@@ -24,13 +25,12 @@ struct FittedBall {
 };
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
-inline constexpr std::uint32_t kNoParent = std::numeric_limits<std::uint32_t>::max();
 
 /// The result of a builder before the final steps: the balls of each level. Level 0 is one ball. A node without a child
 /// on the next level is a leaf and represents its part of the surface on all deeper levels.
 struct LevelBalls {
   std::vector<std::vector<Ball>> balls;  // (levels)(nodes of the level)
-  /// (levels)(nodes): index of the parent on the level above; kNoParent on level 0. If the whole vector is empty, the
+  /// (levels)(nodes): index of the parent on the level above; kNone on level 0. If the whole vector is empty, the
   /// levels were built independently of each other, and hierarchy.h chooses the grouping.
   std::vector<std::vector<std::uint32_t>> parents;
 };

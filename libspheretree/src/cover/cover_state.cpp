@@ -228,7 +228,7 @@ Ball CoverState::ballFor(const Vector3d& p) const {
   Ball best;
   double best_weight = -1;
   for (const double depth : kDepths) {
-    const Ball below = shrinkingBall(field_, here.point, normal, 0, depth * goal_);
+    const Ball below = shrinkingBall(field_, here.point, normal, depth * goal_);
     if (!(below.radius > 0)) continue;
     const double weight = openWeight(below);
     if (weight > best_weight) best = below, best_weight = weight;

@@ -19,7 +19,7 @@ Ball ballNear(const DistanceField& field, const Vector3d& p, double gap) {
   const NearestPoint here = field.nearest(p);
   const Vector3d normal = field.pseudonormal(here);
   for (const double stand_off : {gap, 0.0})
-    if (const Ball ball = shrinkingBall(field, here.point, normal, 0, stand_off); ball.radius > 0) return ball;
+    if (const Ball ball = shrinkingBall(field, here.point, normal, stand_off); ball.radius > 0) return ball;
   return {here.point, 0};
 }
 

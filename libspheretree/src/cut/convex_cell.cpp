@@ -5,15 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "spheretree/core/rounding.h"
+
 namespace spheretree::builder {
 
 using Eigen::Vector3d;
-
-namespace {
-
-constexpr double kOnPlane = 1e-12;  // distance within which a corner counts as on a plane, in halves of the cube's edge
-
-}  // namespace
 
 void ConvexCell::reset(double half) {
   half_ = half;
@@ -33,7 +29,7 @@ void ConvexCell::reset(double half) {
 void ConvexCell::clip(const HalfSpace& kept) {
   height_.resize(corners_.size());
   // Faces store their corners separately: those of one point must be on the same side of a plane through it.
-  const double rounding = kOnPlane * half_ * kept.normal.norm();
+  const double rounding = kRounding * half_ * kept.normal.norm();
   bool cuts = false, keeps = false;
   for (std::size_t i = 0; i < corners_.size(); ++i) {
     height_[i] = kept.normal.dot(corners_[i]) + kept.offset;

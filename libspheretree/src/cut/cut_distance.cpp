@@ -13,8 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kAccuracy = 1e-4;  // of the result [mm]
-constexpr double kShortest = 1e-5;  // a piece of a step that is not divided [mm]
+constexpr double kAccuracy = 1e-4;  // of the result, and length of a piece of a step that is not divided [mm]
 
 /// The distance of a ball, negative where it reaches into the layer; and its point that is nearest to the layer.
 struct BallDistance {
@@ -52,7 +51,7 @@ std::optional<CutDistance> distanceOfCut(const DistanceField& object, const Dist
   const auto add = [&](const Vector3d& from, const Vector3d& to, double radius, double at_from, double at_to) {
     const double length = (to - from).norm();
     const Piece piece{(at_from + at_to - length) / 2, order++, from, to, radius, at_from, at_to};
-    if (length <= kShortest)
+    if (length <= kAccuracy)
       out.low = std::min(out.low, piece.least);
     else
       open.push(piece);

@@ -13,13 +13,13 @@
 
 #include "cut/convex_cell.h"
 #include "cut/solid_in_cell.h"
+#include "spheretree/core/rounding.h"
 
 namespace spheretree::builder {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kVolumeMargin = 1e-9;    // of the volume of a cell, and of its size where planes bound capsules
 constexpr double kShare = 0.005;          // default tolerance: of the removed volume
 constexpr double kLeastTolerance = 1e-4;  // [mm^3]
 constexpr double kSlackOfRadius = 1e-4;   // by which capsules that join steps are shrunk or grown
@@ -81,14 +81,14 @@ std::vector<Cell> Octree::root() const {
   std::iota(cell.capsules.begin(), cell.capsules.end(), 0u);
   if (box.isEmpty()) return {};
   cell.centre = box.center();
-  cell.half = box.sizes().maxCoeff() / 2 * (1 + kVolumeMargin) + kVolumeMargin;
+  cell.half = box.sizes().maxCoeff() / 2 * (1 + kRounding) + kRounding;
   return {cell};
 }
 
 /// Keeps the capsules that may meet the cell, with their planes. Returns false if none does.
 bool Octree::meetCapsules(Cell& cell, Scratch& scratch) const {
   if (cell.is_swept) return true;
-  const double reach = std::sqrt(3.0) * cell.half, margin = kVolumeMargin * (cell.half + cell.centre.cwiseAbs().maxCoeff());
+  const double reach = std::sqrt(3.0) * cell.half, margin = kRounding * (cell.half + cell.centre.cwiseAbs().maxCoeff());
   scratch.planes.clear();
   std::size_t kept = 0;
   for (const std::uint32_t k : cell.capsules) {
@@ -131,7 +131,7 @@ double fill(ConvexCell& out, std::span<const CellPart> parts, double half) {
 VolumeBounds Octree::sweptPart(std::span<const CellPart> inner, std::span<const CellPart> outer, const Cell& cell, Scratch& scratch) const {
   const auto isEmpty = [](const CellPart& part) { return part.is_empty; };
   const auto isWhole = [](const CellPart& part) { return part.isWhole(); };
-  const double size = 8 * cell.half * cell.half * cell.half, margin = kVolumeMargin * size;
+  const double size = 8 * cell.half * cell.half * cell.half, margin = 1000 * kRounding * size;  // each of the planes may add to it
   const bool is_swept = cell.is_swept;
   if (std::any_of(outer.begin(), outer.end(), isEmpty)) return {};
   if (is_swept && std::all_of(inner.begin(), inner.end(), isWhole)) return {size, size};

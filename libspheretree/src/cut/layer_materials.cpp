@@ -6,10 +6,9 @@
 
 #include "geometry/distance_field.h"
 #include "repair/subtract_solid.h"
+#include "spheretree/core/rounding.h"
 
 namespace spheretree::builder {
-
-constexpr double kLayerRounding = 1e-12;  // of the diagonal: corners of a cut, and the sum of a volume
 
 std::vector<LayerMaterial> layerMaterials(std::span<const TriangleMesh> layers, Progress& progress) {
   std::vector<LayerMaterial> out;
@@ -34,7 +33,7 @@ std::vector<LayerMaterial> layerMaterials(std::span<const TriangleMesh> layers, 
     material.mesh = left ? std::move(left->mesh) : layers[k];
     if (material.mesh.triangles.empty()) continue;
     const DistanceField field(material.mesh);
-    const double moved = kLayerRounding * field.diagonal() + (left ? left->moved : 0);
+    const double moved = kRounding * field.diagonal() + (left ? left->moved : 0);
     const double error = 2 * moved * field.area();  // twice what is within `moved` of a flat surface
     material.volume = {left ? std::max(0.0, field.volume() - error) : 0, field.volume() + error};
   }

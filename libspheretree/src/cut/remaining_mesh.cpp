@@ -12,16 +12,16 @@
 namespace spheretree::builder {
 namespace {
 
-// Shares of the tolerance: of capsules that join steps, and of the surface of what they sweep. The rest is for vertices
-// that the cut moves, most often by rounding alone.
-constexpr double kSlackShare = 0.1, kSurfaceShare = 0.85;
+// Share of the tolerance that capsules take that join steps, and vertices that the cut moves, most often by rounding
+// alone; the rest is for the surface of what the capsules sweep.
+constexpr double kSlackShare = 0.075;
 
 }  // namespace
 
 RemainingMesh remainingMesh(const TriangleMesh& object, std::span<const BurrPath> paths, double tolerance, Progress& progress) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& p : object.positions) box.extend(p);
-  const double slack = kSlackShare * tolerance, of_surface = kSurfaceShare * tolerance;
+  const double slack = kSlackShare * tolerance, of_surface = tolerance - 2 * slack;
   std::vector<Capsule> capsules = sweptCapsules(paths, slack);
   std::erase_if(capsules, [&](const Capsule& c) {
     const Eigen::AlignedBox3d axis(c.from.cwiseMin(c.to), c.from.cwiseMax(c.to));

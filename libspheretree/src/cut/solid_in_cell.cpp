@@ -5,12 +5,12 @@
 #include <limits>
 #include <vector>
 
+#include "spheretree/core/rounding.h"
+
 namespace spheretree::builder {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kCellMargin = 1e-9;  // of the size of the cell and of the coordinates; distances are accurate to 1e-13
 
 /// The part of a triangle in the cube around the origin, as a polygon. Clipped at a slightly larger cube.
 void clipToCube(std::vector<Vector3d>& polygon, double half) {
@@ -61,7 +61,7 @@ SolidInCell wholeCell(bool is_inside) {
 }
 
 SolidInCell boundSolid(const DistanceField& solid, const Vector3d& centre, double half) {
-  const double reach = std::sqrt(3.0) * half, margin = kCellMargin * (half + centre.cwiseAbs().maxCoeff());
+  const double reach = std::sqrt(3.0) * half, margin = kRounding * (half + centre.cwiseAbs().maxCoeff());
   if (const double distance = solid.signedDistance(centre); std::abs(distance) > reach + margin) return wholeCell(distance < 0);
   std::vector<Vector3d> met;  // corners of what the cube holds of the surface
   Vector3d normal = Vector3d::Zero();

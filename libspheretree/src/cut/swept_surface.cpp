@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "spheretree/builder/build_settings.h"
+#include "spheretree/core/rounding.h"
 
 namespace spheretree::builder {
 namespace {
@@ -24,17 +25,11 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-constexpr int kLevels = 19;             // halvings of the root cube
-constexpr int kNameBits = kLevels + 2;  // of the sum of two coordinates, of which three make a name
-constexpr int kHalvings = 24;           // in the search for a corner on an edge: to 1e-7 of the edge
-constexpr double kLeastShare = 1e-3;    // of its edge, between a corner and the end: a corner at the end makes a flat triangle
-// The points of a tetrahedron's inner part are combinations of points of the swept space, no farther from each other
-// than the longest edge. By Jung's theorem one of these is within sqrt(3/8) of that length. There is also room for
-// kLeastShare.
-constexpr double kJung = 0.62;
-constexpr double kRounding = 1e-12;  // of the size of the root cube, in tests of distances
-constexpr double kRootSize = 1.17;   // of the box, so that planes of an object at round numbers are none of the lattice,
-constexpr double kRootShift = 0.08;  // whose corners would be as near to them as rounding
+constexpr int kLevels = 19;           // halvings of the root cube: the sums of two coordinates, of which three make a name, have 21 bits
+constexpr double kLeastShare = 1e-3;  // of its edge, between a corner and the end: a corner at the end makes a flat triangle
+// Share of the box by which the root cube begins before it. It ends as far behind it or farther, so that planes of an
+// object at round numbers are none of the lattice, whose corners would be as near to them as rounding.
+constexpr double kRootShift = 0.08;
 constexpr std::size_t kMaxTetrahedra = 2'000'000;
 
 /// Corners and the number of the one with which the first corner makes the edge that is bisected [Maubach 1995].
@@ -55,8 +50,9 @@ struct Parts {
 };
 
 std::uint64_t nameOf(const Vector3i& doubled) {
-  return (static_cast<std::uint64_t>(doubled.z()) << kNameBits | static_cast<std::uint64_t>(doubled.y())) << kNameBits |
-         static_cast<std::uint64_t>(doubled.x());
+  std::uint64_t name = 0;
+  for (const int coordinate : doubled) name = name << (kLevels + 2) | static_cast<std::uint64_t>(coordinate);
+  return name;
 }
 
 class Sweep {
@@ -92,14 +88,14 @@ Sweep::Sweep(std::span<const Capsule> capsules, double tolerance) : capsules_(ca
   for (const Capsule& c : capsules)
     for (const Vector3d& p : {c.from, c.to}) box.extend(Eigen::AlignedBox3d(p.array() - c.radius, p.array() + c.radius));
   const double size = box.sizes().maxCoeff();
-  unit_ = std::ldexp(kRootSize * size, -kLevels);
+  unit_ = std::ldexp((1 + kRootShift) * (1 + kRootShift) * size, -kLevels);
   origin_ = box.min().array() - kRootShift * size;
 }
 
 /// A point of the boundary between a point of the swept space and one outside.
 Vector3d Sweep::crossing(const Vector3d& in, const Vector3d& out, const Tetrahedron& t) const {
   double low = 0, high = 1;  // share of the way
-  for (int i = 0; i < kHalvings; ++i) {
+  while (high - low > kLeastShare * kLeastShare) {
     const double middle = (low + high) / 2;
     (isIn(in + middle * (out - in), t) ? low : high) = middle;
   }
@@ -157,7 +153,10 @@ Sweep::State Sweep::examine(Tetrahedron& t) const {
     return here > radius;
   });
   if (std::abs(nearest) > radius) return State::Empty;
-  return kJung * longest <= tolerance_ || isProven(partsOf(t), t) ? State::Proven : State::Open;
+  // The points of its inner part are combinations of points of the swept space, no farther from each other than the
+  // longest edge, but for kLeastShare of it. By Jung's theorem one of these is within sqrt(3/8) of that length.
+  const bool is_small = (std::sqrt(3.0 / 8) + kLeastShare) * longest <= tolerance_;
+  return is_small || isProven(partsOf(t), t) ? State::Proven : State::Open;
 }
 
 bool Sweep::hasPointOnEdge(const Tetrahedron& t) const {
@@ -216,25 +215,17 @@ std::vector<Tetrahedron> Sweep::tetrahedra(Progress& progress) {
   return done;
 }
 
-/// For each set of corners of a tetrahedron, an even permutation that has those of the set first.
-constexpr std::array<std::array<std::uint8_t, 4>, 16> kInFirst = [] {
-  std::array<std::array<std::uint8_t, 4>, 16> out{};
-  for (unsigned set = 0; set < 16; ++set)
-    for (std::uint8_t a = 0; a < 4; ++a)
-      for (std::uint8_t b = 0; b < 4; ++b)
-        for (std::uint8_t c = 0; c < 4; ++c) {
-          if (a == b || b == c || a == c) continue;
-          const std::array<std::uint8_t, 4> p{a, b, c, static_cast<std::uint8_t>(6 - a - b - c)};
-          int inversions = 0, returns = 0;
-          for (std::size_t i = 0; i < 4; ++i)
-            for (std::size_t j = i + 1; j < 4; ++j) {
-              inversions += p[i] > p[j];
-              returns += (set >> p[i] & 1) < (set >> p[j] & 1);
-            }
-          if (inversions % 2 == 0 && returns == 0) out[set] = p;
-        }
-  return out;
-}();
+/// An even permutation of the corners of a tetrahedron that has those of the set `in` first.
+std::array<std::size_t, 4> inFirst(unsigned in) {
+  std::array<std::size_t, 4> order{0, 1, 2, 3};
+  std::stable_partition(order.begin(), order.end(), [&](std::size_t k) { return in >> k & 1; });
+  bool is_odd = false;
+  for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t j = i + 1; j < 4; ++j) is_odd = is_odd != (order[i] > order[j]);
+  const std::size_t first = std::popcount(in) == 1 ? 2 : 0;  // one of two neighbours on the same side
+  if (is_odd) std::swap(order[first], order[first + 1]);
+  return order;
+}
 
 TriangleMesh Sweep::surface(std::span<const Tetrahedron> tetrahedra) const {
   struct Corner {
@@ -255,7 +246,7 @@ TriangleMesh Sweep::surface(std::span<const Tetrahedron> tetrahedra) const {
       std::swap(t.corner[2], t.corner[3]);
     unsigned in = 0;
     for (unsigned k = 0; k < 4; ++k) in |= static_cast<unsigned>(isIn(at(t.corner[k]), t)) << k;
-    const auto& order = kInFirst[in];
+    const std::array<std::size_t, 4> order = inFirst(in);
     const auto cut = [&](std::size_t a, std::size_t b) {  // on the edge from an inner corner to an outer one
       const Vector3i &p = t.corner[order[a]], &q = t.corner[order[b]];
       pieces[i].corners[pieces[i].count++] = {nameOf(p + q), crossing(at(p), at(q), t)};

@@ -20,13 +20,9 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kFloatStep =
-    0x1p-23;                        // larger than the errors of a rounded centre and radius together, as a share of the farthest coordinate
-constexpr double kFinest = 50;      // tolerances below this number of such errors are out of reach
-constexpr double kAttained = 1e-3;  // of the bound of the overhang: its share above what is attained
-constexpr double kAbsolute = 1e-4;  // the same as a share of the tolerance, for parts that hardly reach out
-constexpr double kFirst = 1e-3;     // tolerance at the start of the search for the smallest one, as a share of the diagonal
-constexpr double kStep = 4, kLastStep = 1.1;      // its factors at the start and at the end
-constexpr std::size_t kMaxProofPieces = 1000000;  // of a part, to prove a bound that is not proven by then
+    0x1p-23;                     // larger than the errors of a rounded centre and radius together, as a share of the farthest coordinate
+constexpr double kFirst = 1e-3;  // tolerance at the start of the search for the smallest one, as a share of the diagonal
+constexpr double kStep = 4, kLastStep = 1.1;  // its factors at the start and at the end
 
 std::vector<Hull> partsOf(const Hulls& hulls) {
   std::vector<Hull> parts;
@@ -51,15 +47,15 @@ Hulls hullsWithin(const TriangleMesh& mesh, const DistanceField& field, const Ve
   const Eigen::AlignedBox3d& box = field.box();
   const double farthest = std::max((box.min() - origin).cwiseAbs().maxCoeff(), (box.max() - origin).cwiseAbs().maxCoeff());
   // Less than the tolerance by what the bound may be above what is attained: the bound itself meets the tolerance.
-  FitSettings fit{.tolerance = settings.tolerance * (1 - 2 * kAttained),
-                  .rounding = 2 * kFloatStep * farthest,
-                  .max_hulls = settings.max_hulls,
-                  .seed = settings.seed};
-  if (fit.tolerance < kFinest * fit.rounding) return {};
+  HullOverhangSettings search;
+  search.absolute = search.relative * settings.tolerance;  // of parts that hardly reach out
+  const FitSettings fit{.tolerance = settings.tolerance * (1 - 2 * search.relative),
+                        .rounding = 2 * kFloatStep * farthest,
+                        .max_hulls = settings.max_hulls,
+                        .seed = settings.seed};
   const std::vector<Hull> fitted = fitHulls(mesh, field, fit, progress);
   Hulls hulls = fitted.empty() ? Hulls{} : cutHulls(fitted, origin);
   if (hulls.empty()) return {};
-  const HullOverhangSettings search{.relative = kAttained, .absolute = kAbsolute * settings.tolerance};
   hulls.overhang_bound = roundUp(std::max(0.0, overhangOf(field, partsOf(hulls), origin, search, progress)));
   return hulls;
 }
@@ -89,7 +85,7 @@ std::string findUnproven(const TriangleMesh& mesh, const DistanceField& field, c
                          Progress& progress) {
   const std::vector<Hull> parts = partsOf(decoded);
   const double bound{decoded.overhang_bound};
-  const HullOverhangSettings search{.relative = 0, .absolute = 0, .accept = bound, .limit = bound, .max_pieces = kMaxProofPieces};
+  const HullOverhangSettings search{.relative = 0, .absolute = 0, .accept = bound, .limit = bound};
   if (overhangOf(field, parts, origin, search, progress) > bound) return "the hulls reach out by more than their bound";
   return provenCovered(mesh, parts, origin, progress) ? "" : "the hulls do not provably cover the surface";
 }

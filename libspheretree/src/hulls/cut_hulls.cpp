@@ -16,8 +16,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kLongest = 4;      // longest side of a part, as a multiple of its mean radius
-constexpr double kStrictly = 1e-6;  // share of its radius by which a ball has to be deeper in a later hull to be left out for it
+constexpr double kLongest = 4;  // longest side of a part, as a multiple of its mean radius
 
 Ball between(const Ball& a, const Ball& b) { return {0.5 * (a.centre + b.centre), 0.5 * (a.radius + b.radius)}; }
 
@@ -95,7 +94,7 @@ class HullCutter {
     const Eigen::AlignedBox3d box = boxOf(piece);
     for (std::size_t j = 0; j < (is_whole ? i : hulls_.size()); ++j) {
       if (j == i || !box_[j].intersects(box)) continue;
-      const double share = j < i ? 1 : 1 + kStrictly;
+      const double share = j < i ? 1 : 1 + kRounding;
       if (std::all_of(piece.ball.begin(), piece.ball.begin() + static_cast<std::ptrdiff_t>(piece.count), [&](const Ball& b) {
             return distance_[j].holds({b.centre, share * b.radius});
           }))

@@ -12,6 +12,7 @@
 #include "geometry/surface_samples.h"
 #include "hulls/hull_cover.h"
 #include "hulls/hull_overhang.h"
+#include "spheretree/core/rounding.h"
 
 namespace spheretree::builder {
 
@@ -21,19 +22,16 @@ namespace {
 
 constexpr std::size_t kSamples = 4000;      // of the surface, for the pool of balls
 constexpr std::size_t kMaxPool = 600;       // balls in the pool
-constexpr double kSpacing = 0.3;            // of the balls of the pool, as a share of their radii
+constexpr double kSpacing = 0.3;            // of the balls of the pool, and first step of their moves, as shares of their radii
 constexpr double kSteepest = 0.99;          // of a hull: well below kSteepestHull, so that rounding cannot reach that
 constexpr double kAccuracy = 0.02;          // of the overhang of a candidate, as a share of the tolerance
-constexpr std::size_t kMaxPieces = 20000;   // of the proof of its overhang
 constexpr std::size_t kEstimate = 16;       // steps along a side for the estimate of the overhang of a candidate; a power of two
 constexpr double kCoarse = 4, kFine = 0.5;  // sides of pieces, as multiples of the length over which a ball is flat within the tolerance
 constexpr double kWorthASlab = 1.3;         // a slab has to gain this much more than a cone
 constexpr double kThinnest = 0.05;          // height of a slab's triangle over its longest side
 constexpr double kDeeper = 1.3;             // factor from depth to depth below a point of the surface
-constexpr double kCentring = 0.1, kCentred = 1e-4;  // steps of the centring of balls, as shares of their radii
-constexpr std::size_t kBlock = 64;                  // open pieces in a block
-constexpr double kGain = 1e-5;                      // of a move of a climb, as a share
-constexpr int kHalvings = 7;                        // of the steps of a climb
+constexpr double kCentred = 1e-4;           // last step of the centring of balls, as a share of their radii
+constexpr int kHalvings = 7;                // of the steps of a climb
 
 struct OpenPiece {
   Piece piece;
@@ -88,7 +86,7 @@ Ball ballBelowPoint(const DistanceField& field, const Vector3d& point, const Vec
 // Moved a little to where the surface is farther away: a long cone stays within the tolerance only if it is centred.
 Ball centred(const DistanceField& field, Ball ball) {
   const Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
-  for (double step = kCentring * ball.radius; step > kCentred * ball.radius; step *= 0.5) {
+  for (double step = kSpacing * ball.radius; step > kCentred * ball.radius; step *= 0.5) {
     Ball best = ball;
     for (Eigen::Index axis = 0; axis < 3; ++axis)
       for (const double sign : {1.0, -1.0}) {
@@ -207,8 +205,9 @@ class HullFit {
 
   // Neighbours in the list are neighbours on the surface, so that most candidates meet few blocks.
   void findBlocks() {
-    block_.assign((open_.size() + kBlock - 1) / kBlock, Eigen::AlignedBox3d());
-    for (std::size_t i = 0; i < open_.size(); ++i) block_[i / kBlock].extend(open_[i].piece.corner[0]);
+    block_size_ = static_cast<std::size_t>(std::sqrt(static_cast<double>(open_.size())));
+    block_.assign(open_.size() / block_size_ + 1, Eigen::AlignedBox3d());
+    for (std::size_t i = 0; i < open_.size(); ++i) block_[i / block_size_].extend(open_[i].piece.corner[0]);
   }
 
   Candidate bestBall() const {
@@ -247,7 +246,7 @@ class HullFit {
               tried.back()[k] += sign * step * best.hull.ball[k].radius * axes.col(axis);
             }
         Candidate moved = bestOf(tried);
-        if (!(moved.gain > best.gain * (1 + kGain))) break;
+        if (!(moved.gain > best.gain * (1 + kRounding))) break;
         best = std::move(moved);
       }
     }
@@ -296,7 +295,7 @@ class HullFit {
     out.gain = 0;
     for (std::size_t block = 0; block < block_.size(); ++block) {
       if (!box.intersects(block_[block])) continue;
-      for (std::size_t i = block * kBlock; i < std::min(open_.size(), (block + 1) * kBlock); ++i)
+      for (std::size_t i = block * block_size_; i < std::min(open_.size(), (block + 1) * block_size_); ++i)
         if (box.contains(open_[i].piece.corner[0]))
           out.gain += open_[i].area * static_cast<double>(std::ranges::count_if(open_[i].piece.corner, isIn));
     }
@@ -329,7 +328,7 @@ class HullFit {
   // The hull of a candidate, with its overhang proven; none if it then no longer holds the first piece.
   std::optional<Hull> proven(const Candidate& candidate) const {
     Hull hull = candidate.hull;
-    const HullOverhangSettings search{.absolute = kAccuracy * settings_.tolerance, .max_pieces = kMaxPieces};
+    const HullOverhangSettings search{.absolute = kAccuracy * settings_.tolerance};
     const double excess = hullOverhang(field_, hull, search).bound - (settings_.tolerance - settings_.rounding);
     for (std::size_t k = 0; k < hull.count; ++k) {
       hull.ball[k].radius -= std::max(0.0, excess);
@@ -391,7 +390,8 @@ class HullFit {
   double margin_;  // how deep a point has to lie in a hull to count as held [mm]
   std::vector<Ball> pool_;
   std::vector<OpenPiece> open_;
-  std::vector<Eigen::AlignedBox3d> block_;  // of the first corners of each kBlock open pieces
+  std::vector<Eigen::AlignedBox3d> block_;  // of the first corners of each block of open pieces
+  std::size_t block_size_ = 0;
   Vector3d start_ = Vector3d::Zero();
   bool has_start_ = false;
   Piece seed_;
@@ -400,6 +400,7 @@ class HullFit {
 }  // namespace
 
 std::vector<Hull> fitHulls(const TriangleMesh& mesh, const DistanceField& field, const FitSettings& settings, Progress& progress) {
+  if (kAccuracy * settings.tolerance < settings.rounding) return {};
   return HullFit(mesh, field, settings, progress).run();
 }
 

@@ -21,8 +21,9 @@ struct FitSettings {
   std::uint64_t seed = 1;
 };
 
-/// Hulls that cover `mesh`, in the order in which they were chosen. Empty if more than `max_hulls` would be needed.
-/// `field`: of the solid. Deterministic for any number of threads. Cost: some 50 ms a hull. @throws Cancelled.
+/// Hulls that cover `mesh`, in the order in which they were chosen. Empty if more than `max_hulls` would be needed, or
+/// if the tolerance is too small for its rounding. `field`: of the solid. Deterministic for any number of threads.
+/// Cost: some 50 ms a hull. @throws Cancelled.
 std::vector<Hull> fitHulls(const TriangleMesh& mesh, const DistanceField& field, const FitSettings& settings, Progress& progress);
 
 }  // namespace spheretree::builder

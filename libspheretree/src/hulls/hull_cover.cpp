@@ -12,7 +12,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::size_t kTrianglesATask = 64;
 constexpr double kRoundings = 10;  // of the split points, and of the closed forms
 
 std::vector<Eigen::AlignedBox3d> boxesOf(std::span<const Hull> hulls) {
@@ -35,7 +34,7 @@ bool HullCover::holds(const Piece& triangle, std::size_t omitted) const {
   std::vector<std::uint32_t> near;
   const Vector3d middle = centroidOf(triangle);
   const double extent = radiusAbout(triangle, middle);
-  tree_.searchWithin(middle, extent * extent * (1 + 1e-12), [&](std::size_t first, std::size_t count) {
+  tree_.searchWithin(middle, extent * extent * (1 + kRounding), [&](std::size_t first, std::size_t count) {
     for (std::size_t slot = first; slot < first + count; ++slot)
       if (tree_.order()[slot] != omitted) near.push_back(static_cast<std::uint32_t>(slot));
   });
@@ -67,12 +66,10 @@ bool HullCover::holds(const Piece& triangle, std::size_t omitted) const {
 
 bool provenCovered(const TriangleMesh& mesh, std::span<const Hull> hulls, const Vector3d& origin, Progress& progress) {
   const HullCover cover(hulls, kRoundings * roundingMargin(mesh, origin));
-  const std::size_t triangles = mesh.triangles.size();
   std::atomic<bool> covered = true;
-  tbb::parallel_for(std::size_t{0}, (triangles + kTrianglesATask - 1) / kTrianglesATask, [&](std::size_t task) {
+  tbb::parallel_for(std::size_t{0}, mesh.triangles.size(), [&](std::size_t t) {
     progress.check();
-    for (std::size_t t = task * kTrianglesATask; covered && t < std::min(triangles, (task + 1) * kTrianglesATask); ++t)
-      if (!cover.holds(pieceOf(mesh, t, origin))) covered = false;
+    if (covered && !cover.holds(pieceOf(mesh, t, origin))) covered = false;
   });
   return covered;
 }

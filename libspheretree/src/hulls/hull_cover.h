@@ -5,7 +5,6 @@
 #pragma once
 
 #include <cstddef>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -13,14 +12,13 @@
 #include "geometry/box_tree.h"
 #include "geometry/hull.h"
 #include "spheretree/builder/progress.h"
+#include "spheretree/core/none.h"
 #include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree::builder {
 
 class HullCover {
  public:
-  static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
-
   /// A point counts as held if it is deeper than `margin` [mm] in a hull, which must exceed the errors of rounding.
   HullCover(std::span<const Hull> hulls, double margin);
 

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <vector>
 
+#include "spheretree/core/rounding.h"
+
 namespace spheretree::builder {
 
 using Eigen::Vector3d;
 
 namespace {
-
-constexpr double kRounding = 1e-12;  // larger than the error of a signed distance, as a share of the largest length
 
 // Part of a hull: the balls between these.
 struct HullPiece {
@@ -39,7 +39,7 @@ class OverhangSearch {
     if (hull.count == 1) return {attained_, attained_};
     add(hull, kInfinity);
     std::size_t pieces = 1;
-    while (attained_ <= settings_.limit && open_.front().bound > enough() && (settings_.max_pieces == 0 || pieces < settings_.max_pieces)) {
+    while (attained_ <= settings_.limit && open_.front().bound > enough() && pieces < settings_.max_pieces) {
       std::pop_heap(open_.begin(), open_.end());
       const HullPiece next_piece = open_.back();
       const Hull& piece = next_piece.hull;

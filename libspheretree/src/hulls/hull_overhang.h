@@ -10,11 +10,12 @@
 namespace spheretree::builder {
 
 struct HullOverhangSettings {
-  double relative = 1e-3;      // the search ends when the bound exceeds what is attained by at most this share of it,
-  double absolute = 0;         // or by this length [mm]
-  double accept = 0;           // or if the bound is at most this [mm];
-  double limit = kInfinity;    // it also ends once more than this is attained [mm]
-  std::size_t max_pieces = 0;  // and after this number of pieces; 0: no such end
+  double relative = 1e-3;    // the search ends when the bound exceeds what is attained by at most this share of it,
+  double absolute = 0;       // or by this length [mm]
+  double accept = 0;         // or if the bound is at most this [mm];
+  double limit = kInfinity;  // it also ends once more than this is attained [mm]
+  // and after this number of pieces. Some dozens are usual; what is proven by then is a bound all the same.
+  std::size_t max_pieces = 1'000'000;
 };
 
 struct HullOverhang {

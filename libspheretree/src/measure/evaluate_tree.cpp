@@ -33,7 +33,7 @@ bool encloses(const Sphere& outer, const Sphere& inner, double tolerance) {
 }
 
 HierarchyEvaluation evaluateHierarchy(const SphereTree& tree, double tolerance) {
-  std::vector<std::uint32_t> parent(tree.nodeCount(), kNoParent);
+  std::vector<std::uint32_t> parent(tree.nodeCount(), kNone);
   for (std::uint32_t node = 0; node < tree.nodeCount(); ++node)
     for (std::uint32_t k = 0; k < tree.child_count[node]; ++k) parent[tree.first_child[node] + k] = node;
   HierarchyEvaluation out;
@@ -41,7 +41,7 @@ HierarchyEvaluation evaluateHierarchy(const SphereTree& tree, double tolerance) 
     if (!tree.isLeaf(leaf)) continue;
     ++out.leaves;
     bool outside_bound = false, outside_cover = false;
-    for (std::uint32_t above = parent[leaf]; above != kNoParent; above = parent[above]) {
+    for (std::uint32_t above = parent[leaf]; above != kNone; above = parent[above]) {
       outside_bound |= !encloses(tree.bound[tree.bound_index[above]], tree.cover[leaf], tolerance);
       outside_cover |= !encloses(tree.cover[above], tree.cover[leaf], tolerance);
     }

@@ -13,6 +13,7 @@
 #include <limits>
 #include <queue>
 
+#include "base/negligible.h"
 #include "geometry/circumcentre.h"
 #include "medial/shrinking_balls.h"
 
@@ -26,9 +27,6 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<std::uint32_t, Kernel>;
 using CellBase = CGAL::Triangulation_cell_base_with_info_3<std::uint32_t, Kernel, CGAL::Delaunay_triangulation_cell_base_3<Kernel>>;
 using SiteDelaunay = CGAL::Delaunay_triangulation_3<Kernel, CGAL::Triangulation_data_structure_3<VertexBase, CellBase>>;
-
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-constexpr double kNearestSites = 1e-7;  // as a share of the diagonal: a site nearer to others would only repeat the sites of its ball
 
 // Relative to `a`, so that small cells far from the origin keep their digits. Not finite for a flat cell.
 Kernel::Point_3 toCgal(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
@@ -97,7 +95,7 @@ struct AdaptiveMedialAxis::Impl {
       if (!centre.allFinite() || !field.box().contains(centre)) continue;
       NearestPoint touch;
       const double depth = -field.signedDistance(centre, &touch);
-      if (!(depth > 1e-8 * field.diagonal())) continue;
+      if (!(depth > kNegligible * field.diagonal())) continue;
       double radius = 0;
       for (const std::uint32_t s : n.site) radius = std::max(radius, (sites[s] - centre).norm());
       cell.centre = centre;
@@ -270,7 +268,7 @@ std::vector<std::vector<FittedBall>> AdaptiveMedialAxis::refine(const std::funct
   Impl& m = *impl_;
   std::vector<std::uint32_t> label;
   for (const Vector3d& p : m.sites) label.push_back(region_of(p));
-  const double smallest = kNearestSites * m.field.diagonal();
+  const double smallest = kNegligible * m.field.diagonal();  // a site nearer to others would only repeat the sites of its ball
   m.refineRegions(region_of, regions, smallest, label, progress);
 
   std::vector<std::vector<FittedBall>> balls(regions.size());

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "medial/shrinking_balls.h"
 
-#include <algorithm>
 #include <cmath>
+
+#include "base/negligible.h"
 
 namespace spheretree::builder {
 
@@ -10,19 +11,15 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kClose = 1e-3;       // a ball counts as inscribed if it is empty up to this share of its radius
-constexpr double kGuessFactor = 1.2;  // factor on a guess: the ball shrinks from there
-constexpr int kMaxRounds = 40;        // each round touches at least one new feature; ten rounds are rare
+constexpr int kMaxRounds = 40;   // each round touches at least one new feature; ten rounds are rare
+constexpr double kClose = 1e-3;  // a ball counts as inscribed if it is empty up to this share of its radius
 
 }  // namespace
 
-Ball shrinkingBall(const DistanceField& field, const Vector3d& point, const Vector3d& normal, double guess, double stand_off) {
+Ball shrinkingBall(const DistanceField& field, const Vector3d& point, const Vector3d& normal, double stand_off) {
   const Vector3d inward = -normal;
-  const double largest = 0.5 * field.diagonal();
-  double r = guess > 0 ? std::min(kGuessFactor * guess, largest) : largest;
-  while (r < largest && !std::isfinite(field.nearest(point + r * inward, (r - stand_off) * (1 - kClose)).distance))
-    r = std::min(2 * r, largest);
-  const double vanishing = 1e-7 * field.diagonal();
+  double r = 0.5 * field.diagonal();
+  const double vanishing = kNegligible * field.diagonal();
   Vector3d c = point + r * inward;
   for (int round = 0; round < kMaxRounds; ++round) {
     NearestPoint touch = field.nearest(c, (r - stand_off) * (1 - kClose));

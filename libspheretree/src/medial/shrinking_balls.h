@@ -12,11 +12,9 @@ namespace spheretree::builder {
 
 /// The largest inscribed ball that touches the surface at `point`; `normal` is the outward unit normal there. Radius 0
 /// if no such ball exists.
-/// `guess`: an estimate of the radius, such as that of a ball nearby, which saves time; 0: none [mm].
 /// `stand_off`: allowed distance of the ball from the point [mm]. The largest ball at that distance lies deeper, and it
 /// exists below a convex edge, too.
-Ball shrinkingBall(const DistanceField& field, const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double guess = 0,
-                   double stand_off = 0);
+Ball shrinkingBall(const DistanceField& field, const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double stand_off = 0);
 
 /// The largest inscribed ball that touches the surface at the surface point nearest to `p`, which may be any point.
 /// Radius 0 if no such ball exists.

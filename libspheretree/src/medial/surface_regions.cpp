@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "geometry/ball_index.h"
 #include "medial/refit_ball.h"
 #include "medial/shrinking_balls.h"
+#include "spheretree/core/rounding.h"
 
 namespace spheretree::builder {
 
@@ -17,19 +17,17 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::size_t kPointsAChunk = 512;
 constexpr int kRefitSteps = 16;
 constexpr int kBalanceRounds = 40;
-constexpr std::size_t kMaxUnindexedBalls = 16;  // number of balls up to which an index does not pay
-constexpr double kOnSurface = 1e-2;             // share of its reach: a ball of less clearance is replaced by one inside
-constexpr double kBalanceStep = 0.2;            // of the first round that balances regions, as a share of the mean squared radius ...
-constexpr double kBalanceDecay = 0.1;           // ... and how it falls with the rounds
+constexpr double kOnSurface = 1e-2;    // share of its reach: a ball of less clearance is replaced by one inside
+constexpr double kBalanceStep = 0.2;   // of the first round that balances regions, as a share of the mean squared radius ...
+constexpr double kBalanceDecay = 0.1;  // ... and how it falls with the rounds
 
-// Enlarged by 1e-9, so that a point on a ball's surface counts as inside, whatever the rounding.
+// Enlarged a little, so that a point on a ball's surface counts as inside, whatever the rounding.
 BallIndex indexOf(std::span<const FittedBall> balls) {
   std::vector<Ball> larger;
   larger.reserve(balls.size());
-  for (const FittedBall& b : balls) larger.push_back({b.centre, b.radius * (1 + 1e-9)});
+  for (const FittedBall& b : balls) larger.push_back({b.centre, b.radius * (1 + kRounding)});
   return BallIndex(larger);
 }
 
@@ -41,13 +39,6 @@ void forHolders(const BallIndex& index, const Vector3d& p, Visit&& visit) {
       const double distance = (p - index.balls[slot].centre).norm();
       if (distance <= index.balls[slot].radius) visit(index.original(slot), distance);
     }
-  });
-}
-
-template <class Work>
-void forChunks(std::size_t count, Work&& work) {
-  tbb::parallel_for(std::size_t{0}, (count + kPointsAChunk - 1) / kPointsAChunk, [&](std::size_t chunk) {
-    for (std::size_t i = chunk * kPointsAChunk; i < std::min(count, (chunk + 1) * kPointsAChunk); ++i) work(i);
   });
 }
 
@@ -64,34 +55,24 @@ void moveInside(const DistanceField& field, std::span<const Vector3d> patch, Fit
 }  // namespace
 
 std::vector<std::uint32_t> assignDeepest(std::span<const Vector3d> points, std::vector<FittedBall>& balls) {
-  std::vector<std::uint32_t> owner(points.size(), kNoParent);
-  if (balls.size() <= kMaxUnindexedBalls) {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      double smallest = std::numeric_limits<double>::infinity();
-      for (std::uint32_t b = 0; b < balls.size(); ++b) {
-        const double distance = (points[i] - balls[b].centre).norm(), gap = distance - balls[b].clearance;
-        if (distance <= balls[b].radius * (1 + 1e-9) && gap < smallest) smallest = gap, owner[i] = b;
-      }
-    }
-  } else {
-    const BallIndex index = indexOf(balls);
-    forChunks(points.size(), [&](std::size_t i) {
-      double smallest = std::numeric_limits<double>::infinity();
-      forHolders(index, points[i], [&](std::uint32_t b, double distance) {
-        const double gap = distance - balls[b].clearance;
-        if (gap < smallest || (gap == smallest && b < owner[i])) smallest = gap, owner[i] = b;
-      });
+  std::vector<std::uint32_t> owner(points.size(), kNone);
+  const BallIndex index = indexOf(balls);
+  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
+    double smallest = kInfinity;
+    forHolders(index, points[i], [&](std::uint32_t b, double distance) {
+      const double gap = distance - balls[b].clearance;
+      if (gap < smallest || (gap == smallest && b < owner[i])) smallest = gap, owner[i] = b;
     });
-  }
+  });
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (owner[i] != kNoParent) continue;
-    double smallest = std::numeric_limits<double>::infinity();
+    if (owner[i] != kNone) continue;
+    double smallest = kInfinity;
     for (std::uint32_t b = 0; b < balls.size(); ++b) {
       const double growth = (points[i] - balls[b].centre).norm() - balls[b].radius;
       if (growth < smallest) smallest = growth, owner[i] = b;
     }
     FittedBall& ball = balls[owner[i]];
-    ball.radius = std::max(ball.radius, (points[i] - ball.centre).norm() * (1 + 1e-12));
+    ball.radius = std::max(ball.radius, (points[i] - ball.centre).norm() * (1 + kRounding));
   }
   return owner;
 }
@@ -105,12 +86,12 @@ void refitToPatch(const DistanceField& field, std::span<const Vector3d> patch, F
     ball.centre = refit.centre;
     ball.clearance = refit.clearance;
   }
-  ball.radius = farthest(patch, ball.centre) * (1 + 1e-12);
+  ball.radius = farthest(patch, ball.centre) * (1 + kRounding);
 }
 
 std::vector<Vector3d> farthestFirst(std::span<const Vector3d> all, std::size_t max_count) {
   if (all.size() <= max_count) return {all.begin(), all.end()};
-  std::vector<double> distance2(all.size(), std::numeric_limits<double>::infinity());
+  std::vector<double> distance2(all.size(), kInfinity);
   Vector3d mean = Vector3d::Zero();
   for (const Vector3d& p : all) mean += p / static_cast<double>(all.size());
   std::size_t next = 0;
@@ -141,7 +122,7 @@ std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<cons
       if (round < rounds)
         refitToPatch(field, patch[b], balls[b]);
       else
-        balls[b].radius = farthest(patch[b], balls[b].centre) * (1 + 1e-12);
+        balls[b].radius = farthest(patch[b], balls[b].centre) * (1 + kRounding);
     });
   }
   return owner;
@@ -149,19 +130,17 @@ std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<cons
 
 Holders findHolders(std::span<const Vector3d> points, std::span<const FittedBall> balls) {
   const BallIndex index = indexOf(balls);
-  std::vector<std::vector<std::uint32_t>> chunk((points.size() + kPointsAChunk - 1) / kPointsAChunk);
-  Holders out;
-  out.begin.resize(points.size() + 1);
-  forChunks(points.size(), [&](std::size_t i) {
-    std::vector<std::uint32_t>& held = chunk[i / kPointsAChunk];
-    const auto before = static_cast<std::ptrdiff_t>(held.size());
-    forHolders(index, points[i], [&](std::uint32_t b, double) { held.push_back(b); });
-    std::sort(held.begin() + before, held.end());
-    out.begin[i + 1] = held.size() - static_cast<std::size_t>(before);
+  std::vector<std::vector<std::uint32_t>> held(points.size());
+  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
+    forHolders(index, points[i], [&](std::uint32_t b, double) { held[i].push_back(b); });
+    std::sort(held[i].begin(), held[i].end());
   });
-  std::partial_sum(out.begin.begin(), out.begin.end(), out.begin.begin());
-  out.ball.reserve(out.begin.back());
-  for (const auto& held : chunk) out.ball.insert(out.ball.end(), held.begin(), held.end());
+  Holders out;
+  out.begin.push_back(0);
+  for (const std::vector<std::uint32_t>& of_point : held) {
+    out.ball.insert(out.ball.end(), of_point.begin(), of_point.end());
+    out.begin.push_back(out.ball.size());
+  }
   return out;
 }
 
@@ -195,7 +174,7 @@ std::vector<char> maybeRedundant(const Holders& holders, std::span<const FittedB
 
 std::vector<std::uint32_t> assignToRegions(std::span<const Vector3d> points, std::span<const FittedBall> balls) {
   const Holders holders = findHolders(points, balls);
-  std::vector<std::uint32_t> owner(points.size(), kNoParent), shared;
+  std::vector<std::uint32_t> owner(points.size(), kNone), shared;
   std::vector<double> fixed_count(balls.size(), 0);
   double scale = 0;
   for (const FittedBall& b : balls) scale += b.radius * b.radius;
@@ -208,13 +187,13 @@ std::vector<std::uint32_t> assignToRegions(std::span<const Vector3d> points, std
   scale /= static_cast<double>(balls.size());
   const double wanted = static_cast<double>(points.size()) / static_cast<double>(balls.size());
   std::vector<double> shift(balls.size(), 0);
-  double best = std::numeric_limits<double>::infinity();
+  double best = kInfinity;
   std::vector<std::uint32_t> choice(shared.size());
   for (int round = 0; round < kBalanceRounds; ++round) {
     std::vector<double> count = fixed_count;
     for (std::size_t k = 0; k < shared.size(); ++k) {
       const Vector3d& p = points[shared[k]];
-      double smallest = std::numeric_limits<double>::infinity();
+      double smallest = kInfinity;
       for (const std::uint32_t b : holders.of(shared[k])) {
         const double power = (p - balls[b].centre).squaredNorm() - balls[b].radius * balls[b].radius + shift[b];
         if (power < smallest) smallest = power, choice[k] = b;

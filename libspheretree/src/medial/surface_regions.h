@@ -55,7 +55,7 @@ std::vector<char> maybeRedundant(const Holders& holders, std::span<const FittedB
 
 /// Divides the points among the balls that contain them. For every pair of balls the boundary is a plane: the radical
 /// plane, shifted until the balls have as equally many points as the overlaps allow. Returns the owner of each point.
-/// Every point must lie in a ball; a point that does not gets kNoParent.
+/// Every point must lie in a ball; a point that does not gets kNone.
 std::vector<std::uint32_t> assignToRegions(std::span<const Eigen::Vector3d> points, std::span<const FittedBall> balls);
 
 }  // namespace spheretree::builder

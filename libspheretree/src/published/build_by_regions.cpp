@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "base/negligible.h"
 #include "base/thinned.h"
 #include "geometry/box_tree.h"
 #include "geometry/surface_samples.h"
@@ -33,7 +34,6 @@ constexpr std::size_t kStaticSamples = 500;  // points of the static medial axis
 constexpr std::size_t kMaxVertices = 2000;   // of the mesh in the static medial axis
 constexpr std::size_t kSitesFrom = 8;        // the first sites are the farthest from each other of this multiple of points
 constexpr int kRefits = 3;                   // rounds, as in the paper
-constexpr double kNegligible = 1e-6;         // as a share of the diagonal: an overhang that needs no children
 constexpr std::size_t kSitesABall = 4;       // of the adaptive medial axis are inserted at most, for each ball that is wanted
 
 Sampling samplingOf(Quality quality) {
@@ -86,7 +86,7 @@ void addCoverBalls(const DistanceField& field, std::span<const Vector3d> points,
 
 struct Node {
   FittedBall ball;
-  std::uint32_t parent = kNoParent;
+  std::uint32_t parent = kNone;
   std::vector<std::uint32_t> points;  // of the region
 };
 
@@ -142,7 +142,7 @@ class TreeBuilder {
 
   Node root() const {
     const Ball ball = smallestEnclosing(points_);
-    Node node{{ball.centre, ball.radius, -field_.signedDistance(ball.centre)}, kNoParent, std::vector<std::uint32_t>(points_.size())};
+    Node node{{ball.centre, ball.radius, -field_.signedDistance(ball.centre)}, kNone, std::vector<std::uint32_t>(points_.size())};
     for (std::uint32_t i = 0; i < points_.size(); ++i) node.points[i] = i;
     return node;
   }
@@ -151,7 +151,7 @@ class TreeBuilder {
     std::vector<std::uint32_t> open;  // nodes that get children
     for (std::uint32_t n = 0; n < level.size(); ++n)
       if (!isGoodEnough(level[n].ball) && level[n].points.size() > 1) open.push_back(n);
-    std::vector<std::uint32_t> region(points_.size(), kNoParent);  // of each point, an index in `open`
+    std::vector<std::uint32_t> region(points_.size(), kNone);  // of each point, an index in `open`
     for (std::uint32_t k = 0; k < open.size(); ++k)
       for (const std::uint32_t i : level[open[k]].points) region[i] = k;
     double mean = 0;  // of the overhangs of the level
@@ -189,7 +189,7 @@ class TreeBuilder {
     std::vector<Node> children;
     for (const FittedBall& ball : balls) children.push_back({ball, number, {}});
     for (std::size_t i = 0; i < owner.size(); ++i)  // a point on the rim of a ball may be outside of it by rounding
-      children[owner[i] == kNoParent ? deepest[i] : owner[i]].points.push_back(node.points[i]);
+      children[owner[i] == kNone ? deepest[i] : owner[i]].points.push_back(node.points[i]);
     return children;
   }
 

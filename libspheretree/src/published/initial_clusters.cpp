@@ -67,7 +67,7 @@ std::vector<MedialCluster> startClusters(const Region& region) {
     }
     of_ball[near[i][0]].points.push_back(region.points[i]);
   }
-  std::vector<std::uint32_t> number(region.pool.size(), kNoParent);
+  std::vector<std::uint32_t> number(region.pool.size(), kNone);
   std::vector<MedialCluster> clusters;
   for (std::size_t b = 0; b < of_ball.size(); ++b) {
     if (of_ball[b].points.empty()) continue;
@@ -79,7 +79,7 @@ std::vector<MedialCluster> startClusters(const Region& region) {
   for (const auto& list : near)
     for (std::size_t k = 1; k < nearest; ++k) {
       const std::uint32_t a = number[list[0]], b = number[list[k]];
-      if (b == kNoParent || a == b) continue;
+      if (b == kNone || a == b) continue;
       insertSorted(clusters[a].neighbours, b);
       insertSorted(clusters[b].neighbours, a);
     }

@@ -18,7 +18,7 @@ using Polygon = std::vector<Eigen::Vector3d>;  // flat and convex
 struct OctreeCell {
   Eigen::AlignedBox3d box;
   std::vector<Polygon> pieces;  // of the triangles of the mesh
-  std::uint32_t parent = kNoParent;
+  std::uint32_t parent = kNone;
 };
 
 /// The cube about the middle of the bounding box, as wide as its longest side, with all triangles of the mesh.

@@ -5,6 +5,8 @@
 #include <bit>
 #include <cstdint>
 
+#include "spheretree/core/rounding.h"
+
 namespace spheretree::builder {
 
 using Eigen::Vector3d;
@@ -112,7 +114,7 @@ std::vector<FittedBall> reduceExpand(const Region& region) {
   std::vector<FittedBall> balls;
   for (const std::size_t b : cover) {
     const FittedBall& medial = region.pool[b];
-    balls.push_back({medial.centre, (medial.clearance + stand_off) * (1 + 1e-12), medial.clearance});
+    balls.push_back({medial.centre, (medial.clearance + stand_off) * (1 + kRounding), medial.clearance});
   }
   return balls;
 }

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include "spheretree/core/rounding.h"
 #include "spheretree/core/smallest_enclosing_ball.h"
 
 namespace spheretree::builder {
@@ -19,7 +20,6 @@ namespace {
 
 constexpr double kFinest = 0.125;            // smallest cell, as a share of the extent of the points
 constexpr double kGrow = 1.189207115002721;  // ratio of the cells of consecutive grids: the fourth root of 2, so that halves occur
-constexpr std::size_t kMaxAlong = 16;        // largest number of cells along an axis; more than 1 / kFinest
 
 // Columns: the principal axes, the longest extent last.
 Matrix3d principalAxes(std::span<const Vector3d> points) {
@@ -32,10 +32,10 @@ Matrix3d principalAxes(std::span<const Vector3d> points) {
 
 // The occupied cells of a grid that starts at `low`, as lists of points in the order of their first point. Empty as
 // soon as there are more than `max_count`, which a few points show for most grids. `points`: in the axes of the grid,
-// nowhere below `low` and less than kMaxAlong cells from it.
+// nowhere below `low` and less than twice the extent from it.
 class Cells {
  public:
-  explicit Cells(std::size_t max_count) : list_at_(kMaxAlong * kMaxAlong * kMaxAlong, max_count), place_(max_count), points_(max_count) {}
+  explicit Cells(std::size_t max_count) : list_at_(along_ * along_ * along_, max_count), place_(max_count), points_(max_count) {}
 
   bool sort(std::span<const Vector3d> points, const Vector3d& low, double size) {
     for (std::size_t cell = 0; cell < count_; ++cell) list_at_[place_[cell]] = points_.size();
@@ -44,7 +44,7 @@ class Cells {
     for (std::uint32_t i = 0; i < points.size(); ++i) {
       const Vector3d q = per_cell * (points[i] - low);
       const std::size_t place =
-          (static_cast<std::size_t>(q.x()) * kMaxAlong + static_cast<std::size_t>(q.y())) * kMaxAlong + static_cast<std::size_t>(q.z());
+          (static_cast<std::size_t>(q.x()) * along_ + static_cast<std::size_t>(q.y())) * along_ + static_cast<std::size_t>(q.z());
       std::size_t& cell = list_at_[place];
       if (cell == points_.size()) {
         if (count_ == points_.size()) return false;
@@ -59,6 +59,7 @@ class Cells {
   std::span<const std::vector<std::uint32_t>> lists() const { return {points_.data(), count_}; }
 
  private:
+  const std::size_t along_ = static_cast<std::size_t>(2 / kFinest);  // cells along an axis: shifted grids reach beyond the extent
   std::size_t count_ = 0;
   std::vector<std::size_t> list_at_;  // (cells) list of a cell; as many entries as possible cells: none
   std::vector<std::size_t> place_;    // (lists) cell
@@ -103,7 +104,7 @@ std::vector<FittedBall> reduceGrid(const Region& region) {
       turned[i] = turn.transpose() * region.points[i];
       box.extend(turned[i]);
     }
-    const double extent = box.sizes().maxCoeff() * (1 + 1e-9);  // the halves of a cube are two cells, whatever the rounding
+    const double extent = box.sizes().maxCoeff() * (1 + kRounding);  // the halves of a cube are two cells, whatever the rounding
     if (!(extent > 0)) return {{region.points.front(), 0, 0}};
     for (int offset = 0; offset < 8; ++offset) {
       const Vector3d shift(offset & 1 ? 0.5 : 0, offset & 2 ? 0.5 : 0, offset & 4 ? 0.5 : 0);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "published/octree_cells.h"
+#include "spheretree/core/rounding.h"
 
 namespace spheretree::builder {
 
@@ -30,7 +31,7 @@ std::vector<OctreeCell> divide(OctreeCell cell, int halvings) {
 
 FittedBall ballRound(const OctreeCell& cell, const DistanceField& field) {
   const Vector3d middle = cell.box.center();
-  return {middle, 0.5 * cell.box.diagonal().norm() * (1 + 1e-12), -field.signedDistance(middle)};
+  return {middle, 0.5 * cell.box.diagonal().norm() * (1 + kRounding), -field.signedDistance(middle)};
 }
 
 }  // namespace

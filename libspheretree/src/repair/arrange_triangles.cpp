@@ -25,10 +25,6 @@ using FaceBase = CGAL::Constrained_triangulation_face_base_2<Exact>;
 using Plane = CGAL::Constrained_Delaunay_triangulation_2<Exact, CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>,
                                                          CGAL::No_constraint_intersection_requiring_constructions_tag>;
 
-// Pairs of cuts that may cross for each point that there may be. Where k cuts meet in one point, there are k^2 / 2.
-constexpr std::size_t kCrossingsOfPoint = 8;
-constexpr std::size_t kPairCost = 20, kPointCost = 20;  // [us] of a pair of triangles; of a point or a cut in a triangle
-
 /// The cuts of all triangles: those of one triangle are consecutive.
 struct Cuts {
   std::vector<std::uint32_t> triangles;  // that are cut, ascending
@@ -111,21 +107,14 @@ bool DividedTriangle::findCrossings(std::size_t max_points) {
   std::vector<Box> boxes;
   for (std::uint32_t i = 0; i < cuts_.size(); ++i) boxes.push_back(boxOf(i));
   std::vector<std::pair<std::uint32_t, std::uint32_t>> crossing;
-  struct TooMany {};
-  try {
-    CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
-      work_.spend(1);
-      if (!doCross(cuts_[a.info()], cuts_[b.info()])) return;
-      if (crossing.size() > kCrossingsOfPoint * max_points) throw TooMany{};
-      crossing.push_back(std::minmax(a.info(), b.info()));
-    });
-  } catch (const TooMany&) {
-    return false;
-  }
+  CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
+    work_.spend(1);
+    if (doCross(cuts_[a.info()], cuts_[b.info()])) crossing.push_back(std::minmax(a.info(), b.info()));
+  });
   std::sort(crossing.begin(), crossing.end());
   std::vector<std::uint32_t> found;
   for (const auto& [i, j] : crossing) {
-    work_.spend(kPointCost);
+    work_.spend(kConstruction);
     found.push_back(points_.crossing(t_, cuts_[i].carrier, cuts_[j].carrier));
     if (found.size() % 1024 != 0 && found.size() != crossing.size()) continue;
     std::sort(found.begin(), found.end());
@@ -146,14 +135,14 @@ void DividedTriangle::divide(Add add) {
   for (const std::uint32_t id : corner_) handleOf(id) = plane_.insert(at(id));
   Plane::Face_handle near;
   for (const std::uint32_t id : ids_) {
-    work_.spend(kPointCost);
+    work_.spend(kConstruction);
     Plane::Vertex_handle& v = handleOf(id);
     if (v == Plane::Vertex_handle()) v = plane_.insert(at(id), near), near = v->face();
     v->info() = id;
   }
   for (std::size_t k = 0; k < 3; ++k) plane_.insert_constraint(handleOf(corner_[k]), handleOf(corner_[(k + 1) % 3]));
   for (const TriangleCut& cut : cuts_) {
-    work_.spend(kPointCost);
+    work_.spend(kConstruction);
     plane_.insert_constraint(handleOf(cut.from), handleOf(cut.to));
   }
   settleTies();
@@ -200,7 +189,7 @@ Cuts findCuts(const TriangleMesh& mesh, std::span<const std::pair<std::uint32_t,
   std::vector<TriangleCut> first, second;
   std::size_t done = 0;
   for (const auto& [t, u] : pairs) {
-    work.spend(kPairCost);
+    work.spend(kConstruction);
     if (++done % 256 == 0) progress.advance(0.3 * static_cast<double>(done) / static_cast<double>(pairs.size()));
     first.clear(), second.clear();
     points.cut(t, u, first, second);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 namespace spheretree::builder {
@@ -19,7 +20,6 @@ using Exact = CutPoints::Exact;
 using Filtered = CGAL::Exact_predicates_inexact_constructions_kernel;
 
 constexpr double kTight = 4 * std::numeric_limits<double>::epsilon();  // relative width of an interval that is rounded as it is
-constexpr double kWide = 1e-10;  // relative width of an interval at which a point is made exact at once
 
 enum Kind : std::uint32_t { kEdgeAndPlane, kTwoEdges, kThreePlanes };
 
@@ -84,14 +84,12 @@ struct Ends {
   TriangleCut cutAlong(const CutCarrier& carrier) const { return {point[0], point[count - 1], carrier}; }
 };
 
-bool isWide(const Exact::FT& x, double share) {
-  const auto [low, high] = CGAL::to_interval(x);
-  return !(high - low <= share * std::max(std::abs(low), std::abs(high)));
-}
-
 double rounded(const Exact::FT& x) {
-  if (isWide(x, kTight)) x.exact();  // now the interval is as narrow as doubles allow
-  const auto [low, high] = CGAL::to_interval(x);
+  auto [low, high] = CGAL::to_interval(x);
+  if (!(high - low <= kTight * std::max(std::abs(low), std::abs(high)))) {
+    x.exact();  // now the interval is as narrow as doubles allow
+    std::tie(low, high) = CGAL::to_interval(x);
+  }
   return low + (high - low) / 2;
 }
 
@@ -133,13 +131,7 @@ template <class Construct>
 std::uint32_t CutPoints::named(const Name& name, Construct&& construct) {
   const auto [at, is_new] = by_name_.try_emplace(name, 0);
   if (!is_new) return at->second;
-  const Exact::Point_3 p = construct();
-  for (int axis = 0; axis < 3; ++axis)
-    if (isWide(p[axis], kWide)) {
-      CGAL::exact(p);
-      break;
-    }
-  return at->second = numberOf(p, static_cast<std::uint32_t>(exact_.size()));
+  return at->second = numberOf(construct(), static_cast<std::uint32_t>(exact_.size()));
 }
 
 std::uint32_t CutPoints::onPlane(const CutCarrier& edge, std::uint32_t t) {

@@ -16,18 +16,18 @@
 #include <optional>
 #include <vector>
 
+#include "spheretree/core/none.h"
 #include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree::builder {
 
 /// What a cut of a triangle lies on: the plane of another triangle, or an edge in the plane of the triangle.
 struct CutCarrier {
-  std::uint32_t a, b;  // a triangle and kNoVertex, or the two vertices of an edge, the lower one first
-  static constexpr std::uint32_t kNoVertex = 0xffffffffu;
+  std::uint32_t a, b;  // a triangle and kNone, or the two vertices of an edge, the lower one first
 
-  static CutCarrier plane(std::uint32_t triangle) { return {triangle, kNoVertex}; }
+  static CutCarrier plane(std::uint32_t triangle) { return {triangle, kNone}; }
   static CutCarrier edge(std::uint32_t u, std::uint32_t v) { return u < v ? CutCarrier{u, v} : CutCarrier{v, u}; }
-  bool isPlane() const { return b == kNoVertex; }
+  bool isPlane() const { return b == kNone; }
 };
 
 /// A segment along which a triangle is cut, or a point on it if `from == to`.

@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 
+#include "base/negligible.h"
 #include "geometry/distance_field.h"
 #include "geometry/farthest_point.h"
 #include "repair/fill_holes.h"
@@ -26,18 +27,13 @@ using Eigen::Vector3d;
 
 namespace {
 
-// All as shares of the diagonal, except areas.
+// As shares of the diagonal.
 constexpr double kHole = 0.25;                         // a border with a smaller box is a hole, otherwise an opening
-constexpr double kEnough = 1e-6;                       // accuracy of bounds
-constexpr double kApart = 1e-6;                        // distance by which touching bodies are moved apart
 constexpr double kAlpha = 0.01, kOffset = 1.0 / 1500;  // of a wrap
-constexpr double kAlphasInArea = 1e-4;                 // smallest ratio of alpha^2 and area: limits a wrap to about 50,000 triangles
-constexpr double kDeep = 1e-3;                         // matter deeper than this does not belong to the surface
-constexpr double kLostArea = 0.005;  // share of the input's area that may be left without solid matter, before a wrap is preferred
-constexpr double kThin = 5e-4;       // mean thickness below which a closed opening has only doubled a sheet
-constexpr int kCutRounds = 6;        // rounds of cutting, since rounding may leave crossings
-constexpr int kFreeRounds = 2;       // of them: before vertices are moved to a grid
-constexpr int kGridBits = 24;        // the grid is 2^-24 of the diagonal, and in each further round four times as wide
+// Matter deeper than this does not belong to the surface; a solid that is thinner in the mean is a sheet.
+constexpr double kThin = 1e-3;
+constexpr int kCutRounds = 6;   // rounds of cutting, since rounding may leave crossings
+constexpr int kFreeRounds = 2;  // of them: before vertices are moved to a grid
 // Bounds of the growth and of the work, before the wrap takes over.
 constexpr std::size_t kGrowth = 4, kMoreTriangles = 200'000;     // triangles for each one read, and beside them
 constexpr std::size_t kWork = 6'000'000, kWorkOfTriangle = 100;  // [us]; for each triangle beside it
@@ -94,7 +90,7 @@ class Repair {
     const auto first = static_cast<std::uint32_t>(soup_.mesh.positions.size());
     soup_.mesh.positions.insert(soup_.mesh.positions.end(), taken.positions.begin(), taken.positions.end());
     for (const auto& [a, b, c] : taken.triangles) soup_.mesh.triangles.push_back({first + a, first + c, first + b});
-    soup_.source.resize(soup_.mesh.triangles.size(), kAddedTriangle);
+    soup_.source.resize(soup_.mesh.triangles.size(), kNone);
     may_be_lost_ = std::numeric_limits<double>::infinity();  // surface that is taken away
     try {
       for (int round = 0; round < kCutRounds; ++round) {
@@ -166,7 +162,7 @@ class Repair {
 
   RepairedMesh wrapped(bool gave_up) {
     progress_.stage("wrap");
-    const double alpha = std::max(kAlpha * diagonal_, std::sqrt(kAlphasInArea * report_.area)), offset = kOffset * diagonal_;
+    const double alpha = kAlpha * std::max(diagonal_, std::sqrt(report_.area)), offset = kOffset * diagonal_;
     RepairedMesh out;
     out.mesh = wrapSurface(soup_.mesh, alpha, offset, progress_);
     progress_.check();
@@ -174,7 +170,7 @@ class Repair {
     RepairStep step{RepairStepKind::Wrap, {}, out.mesh.triangles.size(), 0, {}};
     if (out.result.clean()) {
       const DistanceField surface(soup_.mesh);
-      step.change_mm = farthestFrom(surface, out.mesh, allTriangles(out.mesh), kEnough * diagonal_, progress_);
+      step.change_mm = farthestFrom(surface, out.mesh, allTriangles(out.mesh), kNegligible * diagonal_, progress_);
       out.bound_mm = step.change_mm;
       const std::vector<char> is_removed = removed();
       std::vector<std::uint32_t> left;
@@ -232,7 +228,7 @@ class Repair {
     std::vector<std::uint32_t> removed_triangles;
     for (std::uint32_t t = 0; t < whole.source.size(); ++t)
       if (std::binary_search(removed.begin(), removed.end(), whole.source[t])) removed_triangles.push_back(t);
-    const double height = farthestFrom(DistanceField(soup_.mesh), whole.mesh, removed_triangles, kEnough * diagonal_, progress_);
+    const double height = farthestFrom(DistanceField(soup_.mesh), whole.mesh, removed_triangles, kNegligible * diagonal_, progress_);
     steps_.push_back({RepairStepKind::DropFins,
                       counted(removed.size(), "triangle", "triangles") + " of fins left out, that stand on an edge of the rest, up to " +
                           number(height) + " mm high.",
@@ -243,7 +239,7 @@ class Repair {
   void countTurned() {
     std::size_t turned = 0;
     for (std::size_t t = 0; t < soup_.source.size(); ++t) {
-      if (soup_.source[t] == kAddedTriangle) continue;
+      if (soup_.source[t] == kNone) continue;
       Triangle before = input_.triangles[soup_.source[t]];
       const Triangle& after = soup_.mesh.triangles[t];
       const auto at = std::ranges::find(before, after[0]);
@@ -275,7 +271,7 @@ class Repair {
         added.insert(added.end(), hole.triangles.begin(), hole.triangles.end());
       }
       if (count == 0) continue;
-      const double far = farthestFrom(surface, soup_.mesh, added, kEnough * diagonal_, progress_);
+      const double far = farthestFrom(surface, soup_.mesh, added, kNegligible * diagonal_, progress_);
       const std::string what = kind == RepairStepKind::FillHoles ? counted(count, "hole", "holes") + " filled"
                                                                  : counted(count, "opening", "openings") + " closed";
       steps_.push_back({kind,
@@ -313,7 +309,9 @@ class Repair {
 
   bool resolve(int round) {
     progress_.stage("overlaps");
-    const double grid = round < kFreeRounds ? kNoGrid : std::exp2(std::ilogb(diagonal_) - kGridBits + 2 * (round - kFreeRounds));
+    // First the resolution of single precision, in each further round four times as wide.
+    const double grid =
+        round < kFreeRounds ? 0 : std::exp2(std::ilogb(diagonal_) - std::numeric_limits<float>::digits + 2 * (round - kFreeRounds));
     // The winding directions around a sheet that cannot be oriented are arbitrary.
     const Resolved resolved = resolveOverlaps(soup_, {kMaxCrossingPairs, max_triangles_}, grid,
                                               is_sheet_ ? report_.area : may_be_lost_ - lost_area_, progress_, work_);
@@ -354,10 +352,10 @@ class Repair {
   void separate() {
     for (const std::uint32_t source : cancelOpposites(soup_)) is_modified_[source] = 1;  // a filling may coincide with the rest
     if (!findOpenEdges(soup_.mesh).empty()) return;
-    const SeparatedFans fans = separateFans(soup_, kApart * diagonal_);
+    const SeparatedFans fans = separateFans(soup_, kNegligible * diagonal_);
     if (fans.copies == 0) return;
     for (std::size_t t = 0; t < fans.is_moved.size(); ++t)
-      if (fans.is_moved[t] && soup_.source[t] != kAddedTriangle) is_modified_[soup_.source[t]] = 1;
+      if (fans.is_moved[t] && soup_.source[t] != kNone) is_modified_[soup_.source[t]] = 1;
     RepairStep* step = find(RepairStepKind::SeparateBodies);
     if (!step) {
       steps_.push_back({RepairStepKind::SeparateBodies, {}, 0, 0, {}});
@@ -378,7 +376,7 @@ class Repair {
     if (const std::size_t buried = state.buriedComponents(); buried > 0) {
       std::vector<std::uint32_t> removed;
       for (std::size_t t = 0; t < soup_.source.size(); ++t)
-        if (state.components[state.component_of[t]].buried && soup_.source[t] != kAddedTriangle) removed.push_back(soup_.source[t]);
+        if (state.components[state.component_of[t]].buried && soup_.source[t] != kNone) removed.push_back(soup_.source[t]);
       std::sort(removed.begin(), removed.end());
       removed.erase(std::unique(removed.begin(), removed.end()), removed.end());
       steps_.push_back({RepairStepKind::DropBuried,
@@ -395,7 +393,7 @@ class Repair {
       if (is_modified_[t] && !is_removed[t]) modified.push_back(t);
     out.bound_mm = moved();
     if (!modified.empty()) {
-      PartsNearSurface clipped = clipToDepth(DistanceField(out.mesh), input_, modified, kDeep * diagonal_, progress_);
+      PartsNearSurface clipped = clipToDepth(DistanceField(out.mesh), input_, modified, kThin * diagonal_, progress_);
       out.to_cover = std::move(clipped.pieces);
       partly_.insert(clipped.removed.begin(), clipped.removed.end());
       partly_.insert(clipped.partly.begin(), clipped.partly.end());
@@ -439,7 +437,7 @@ class Repair {
   std::vector<char>
       is_modified_;  // for each triangle of the input: whether it is not exactly part of the result and still has to be covered
   std::vector<RepairStep> steps_;
-  double may_be_lost_ = kLostArea * report_.area, lost_area_ = 0;
+  double may_be_lost_ = kSmallArea * report_.area, lost_area_ = 0;
   std::set<std::uint32_t> partly_;  // triangles of the input that are removed where they lie within solid matter
   std::set<std::uint32_t> lost_;    // triangles of the input of which at least a part has nothing solid on either side
   bool is_either_way_ = false, is_sheet_ = false, gives_up_ = false;

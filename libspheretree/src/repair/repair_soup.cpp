@@ -24,8 +24,6 @@ namespace {
 
 constexpr std::array kTolerances{0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 3e-5, 1e-4};  // of the diagonal
 constexpr double kShareOfSide = 0.25;                                             // share of its shortest side by which a vertex may move
-constexpr double kNearlyAll = 0.02;                                               // share of the closable edges that may stay open
-constexpr double kMaxFinArea = 0.03;                                              // share of the total area
 constexpr double kFinSize = 0.1;                                                  // as a share of the diagonal: size of a fin's box
 
 /// Keeps the triangles for which `keep` is true; returns the sources of the others.
@@ -35,7 +33,7 @@ std::vector<std::uint32_t> filter(RepairSoup& soup, Keep&& keep) {
   std::size_t kept = 0;
   for (std::size_t t = 0; t < soup.source.size(); ++t) {
     if (!keep(t)) {
-      if (soup.source[t] != kAddedTriangle) dropped.push_back(soup.source[t]);
+      if (soup.source[t] != kNone) dropped.push_back(soup.source[t]);
       continue;
     }
     soup.mesh.triangles[kept] = soup.mesh.triangles[t];
@@ -91,7 +89,7 @@ class Stitcher {
 
  private:
   void modify(std::size_t t) {
-    if (soup_.source[t] != kAddedTriangle) result_.is_modified[soup_.source[t]] = 1;
+    if (soup_.source[t] != kNone) result_.is_modified[soup_.source[t]] = 1;
   }
 
   void weld(double tolerance) {
@@ -229,17 +227,17 @@ Patches findPatches(const TriangleMesh& mesh, const std::vector<Side>& sides) {
     neighbours[sides[first + 1].triangle].push_back(sides[first].triangle);
   });
   Patches patches;
-  patches.of.assign(mesh.triangles.size(), kAddedTriangle);
+  patches.of.assign(mesh.triangles.size(), kNone);
   std::vector<std::uint32_t> queue;
   for (std::uint32_t seed = 0; seed < mesh.triangles.size(); ++seed) {
-    if (patches.of[seed] != kAddedTriangle) continue;
+    if (patches.of[seed] != kNone) continue;
     queue.assign(1, seed);
     patches.of[seed] = static_cast<std::uint32_t>(patches.count);
     while (!queue.empty()) {
       const std::uint32_t t = queue.back();
       queue.pop_back();
       for (const std::uint32_t u : neighbours[t])
-        if (patches.of[u] == kAddedTriangle) patches.of[u] = static_cast<std::uint32_t>(patches.count), queue.push_back(u);
+        if (patches.of[u] == kNone) patches.of[u] = static_cast<std::uint32_t>(patches.count), queue.push_back(u);
     }
     ++patches.count;
   }
@@ -304,12 +302,11 @@ Stitched stitchCracks(RepairSoup& soup, std::size_t input_triangles, std::size_t
     fewest_open = std::min(fewest_open, open[i]);
     if (fewest_open == 0) break;
   }
-  const auto target = static_cast<std::size_t>(kNearlyAll * static_cast<double>(before - fewest_open)) + fewest_open;
   Stitched result;
   result.is_modified.assign(input_triangles, 0);
-  if (before <= target) return result;
+  if (before <= fewest_open) return result;
   for (std::size_t i = 0; i < kTolerances.size(); ++i)
-    if (open[i] <= target) return attempt(kTolerances[i] * diagonal, soup);
+    if (open[i] <= fewest_open) return attempt(kTolerances[i] * diagonal, soup);
   return result;
 }
 
@@ -410,7 +407,7 @@ std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& compo
 
 std::vector<std::uint32_t> dropFins(RepairSoup& soup, RepairWork& work) {
   double left = 0;  // area that may still be removed
-  for (std::size_t t = 0; t < soup.mesh.triangles.size(); ++t) left += kMaxFinArea * triangleArea(soup.mesh, t);
+  for (std::size_t t = 0; t < soup.mesh.triangles.size(); ++t) left += kSmallArea * triangleArea(soup.mesh, t);
   const double max_size = kFinSize * diagonalOf(soup.mesh);
   std::vector<std::uint32_t> dropped;
   for (bool again = true; again;) {  // a fin may be attached to a fin

@@ -10,6 +10,9 @@
 
 namespace spheretree::builder {
 
+/// Units of an exact construction: of a pair of triangles that cross, a point or a cut in a triangle, a winding number.
+inline constexpr std::size_t kConstruction = 20;
+
 /// Thrown by RepairWork::spend(): the step gives up.
 struct TooMuchWork {};
 

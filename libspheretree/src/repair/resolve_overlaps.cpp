@@ -19,9 +19,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::uint32_t kNone = kAddedTriangle;
-constexpr std::size_t kPatchCost = 20;  // [us] of a winding number
-
 /// Facets that are connected by edges of exactly two facets have the same winding numbers on their sides, after they
 /// are wound consistently; the numbers are computed once for each such patch.
 class Classifier {
@@ -55,7 +52,7 @@ class Classifier {
     }
     std::vector<int> front_of_patch(patches_);  // on the front of the largest facet
     for (std::size_t p = 0; p < patches_; ++p) {
-      work_.spend(kPatchCost);
+      work_.spend(kConstruction);
       const std::uint32_t f = largest[p];
       const Vector3d middle = (mesh_.corner(f, 0) + mesh_.corner(f, 1) + mesh_.corner(f, 2)) / 3;
       front_of_patch[p] = static_cast<int>(std::lround(winding.at(middle, of_facet[f]) - 0.5 * a_.net(f)));
@@ -154,7 +151,7 @@ void snapCrossing(RepairSoup& soup, const CrossingTriangles& crossing, double gr
   }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (std::uint32_t& v : mesh.triangles[t]) {
-      if (is_snapped[v] && soup.source[t] != kAddedTriangle) result.moved.push_back(soup.source[t]);
+      if (is_snapped[v] && soup.source[t] != kNone) result.moved.push_back(soup.source[t]);
       v = into[v];
     }
   for (const std::uint32_t source : cancelOpposites(soup)) result.moved.push_back(source);
@@ -190,7 +187,7 @@ Resolved resolveOverlaps(RepairSoup& soup, const OverlapLimits& limits, double g
     double sum = 0;
     for (std::size_t f = 0; f < arrangement.facets.size(); ++f)
       if (boundsNothing(f) &&
-          std::ranges::any_of(arrangement.membersOf(f), [&](const auto& m) { return soup.source[m.triangle] != kAddedTriangle; }))
+          std::ranges::any_of(arrangement.membersOf(f), [&](const auto& m) { return soup.source[m.triangle] != kNone; }))
         sum += arrangement.area(f);
     return sum;
   };
@@ -205,10 +202,10 @@ Resolved resolveOverlaps(RepairSoup& soup, const OverlapLimits& limits, double g
   std::vector<std::uint32_t> within, bounds;
   for (std::size_t f = 0; f < arrangement.facets.size(); ++f) {
     const bool front = isSolid(fronts[f]), back = isSolid(fronts[f] + arrangement.net(f));
-    std::uint32_t speaker = kAddedTriangle;  // the first triangle of the input
+    std::uint32_t speaker = kNone;  // the first triangle of the input
     for (const Arrangement::Member& m : arrangement.membersOf(f)) {
       const std::uint32_t source = soup.source[m.triangle];
-      if (source == kAddedTriangle) continue;
+      if (source == kNone) continue;
       speaker = std::min(speaker, source);
       (front != back ? bounds : front ? within : result.lost).push_back(source);
     }

@@ -31,8 +31,6 @@ struct OverlapLimits {
   std::size_t pieces;  // into which all triangles are cut
 };
 
-inline constexpr double kNoGrid = 0;
-
 /// The soup should have no open edges (fill_holes.h), so that the solid is unambiguous; otherwise the winding number is
 /// rounded. The result may touch itself in vertices and edges (separate_fans.h), and rounding may leave crossings: then
 /// call it again.

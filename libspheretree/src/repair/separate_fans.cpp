@@ -16,8 +16,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kSplitRounds = 20;  // rounds of splits; an edge waits for a neighbour that is split in the same round
-
 struct FanSide : Side {
   double angle;  // of the triangle around the edge, from low to high
 };
@@ -84,7 +82,7 @@ SeparatedFans separateFans(RepairSoup& soup, double distance) {
   TriangleMesh& mesh = soup.mesh;
   if (hasDuplicates(mesh)) return {0, 0, std::vector<char>(mesh.triangles.size(), 0)};  // they would be split without end
   std::vector<std::uint32_t> copies;                                                    // the vertices to move
-  for (int round = 0; round < kSplitRounds; ++round) {
+  for (;;) {  // an edge waits for a neighbour that is split in the same round; each round leaves fewer shared edges
     const std::vector<std::uint32_t> middles = splitSharedEdges(soup);
     if (middles.empty()) break;
     copies.insert(copies.end(), middles.begin(), middles.end());
@@ -99,7 +97,6 @@ SeparatedFans separateFans(RepairSoup& soup, double distance) {
   SeparatedFans result;
   result.copies = copies.size();
   result.is_moved.assign(mesh.triangles.size(), 0);
-  constexpr std::uint32_t kNone = 0xffffffffu;
   const std::size_t before = mesh.positions.size();
   std::vector<std::uint32_t> first_fan(before, kNone), vertex_of(corners, kNone);  // of the corner that is the fan's root
   std::vector<char> is_shared(before, 0);

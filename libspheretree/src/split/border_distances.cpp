@@ -12,10 +12,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kBand = 4;        // width of the band with known distances, in units of `smooth` and of the mean edge at the border
-constexpr double kAlone = 0.35;    // a vertex stands alone if at most this share of its neighbours has its label
-constexpr double kJagged = 0.08;   // labels of a region are jagged if more than this share of the vertices at its border stands alone
-constexpr double kMaxShift = 1.0;  // of a border with jagged labels, before it is smoothed, in units of the mean edge at the border
+constexpr double kAlone = 0.35;   // a vertex stands alone if at most this share of its neighbours has its label
+constexpr double kJagged = 0.08;  // labels of a region are jagged if more than this share of the vertices at its border stands alone
 
 /// Vertices and their distances [mm].
 using Seeds = std::vector<std::pair<std::uint32_t, double>>;
@@ -53,7 +51,7 @@ class Finder {
           ++edges;
         }
     edge_ = edges > 0 ? length / static_cast<double>(edges) : 0;
-    out_.band = kBand * std::max(smooth_, edge_);
+    out_.band = kSmoothingRounds * std::max(smooth_, edge_);
     std::vector<Seeds> seeds(s_.region_label.size());
     for (const Triangle& t : mesh_.triangles) {
       if (regions_[t[0]] == regions_[t[1]] && regions_[t[1]] == regions_[t[2]]) continue;
@@ -138,7 +136,7 @@ class Finder {
       for (const auto& [v, d] : spread(seeds, isIn)) sum[v] += (set == kIn ? d : -d) / 2, ++count[v];
     }
     std::vector<double> shift;
-    for (const auto& [v, d] : within) shift.push_back(count[v] == 2 ? std::clamp(sum[v] - d, -kMaxShift * edge_, kMaxShift * edge_) : 0);
+    for (const auto& [v, d] : within) shift.push_back(count[v] == 2 ? std::clamp(sum[v] - d, -edge_, edge_) : 0);
     return shift;
   }
 

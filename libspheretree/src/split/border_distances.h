@@ -6,6 +6,8 @@
 
 namespace spheretree::builder {
 
+inline constexpr int kSmoothingRounds = 4;  // of the borders; each moves them by an edge or by `smooth` at most
+
 struct RegionDistance {
   std::int32_t region;
   double distance;  // to the border of the region [mm]; positive within it

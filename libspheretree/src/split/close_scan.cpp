@@ -14,6 +14,7 @@
 #include "mesh/crossing_triangles.h"
 #include "mesh/mesh_edges.h"
 #include "repair/fill_holes.h"
+#include "spheretree/builder/mesh_checks.h"
 
 namespace spheretree::builder {
 
@@ -25,7 +26,6 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Loop = std::vector<std::uint32_t>;
 
 constexpr int kBaseRings = 10;       // rings of triangles at the scan's border that are tested against the base
-constexpr int kMaxTrims = 10;        // rounds of trimming the border
 constexpr int kMaxSmoothing = 2000;  // rounds of smoothing until the outline of the base does not cross itself
 
 void addTriangles(ScanSurface& s, const std::vector<Triangle>& triangles) {
@@ -133,7 +133,7 @@ std::vector<char> crossedByBase(const TriangleMesh& mesh, const Loop& loop, cons
   both.triangles.insert(both.triangles.end(), base.triangles.begin(), base.triangles.end());
   std::vector<char> is_dropped(mesh.triangles.size(), 0), is_bad(mesh.positions.size(), 0);
   bool is_any = false;
-  for (const auto& [a, b] : findCrossingTriangles(both, kMaxSplitCrossings).pairs) {
+  for (const auto& [a, b] : findCrossingTriangles(both, kMaxCrossingPairs).pairs) {
     if (b < index.size()) continue;  // a pair within the mesh
     is_any = true;
     if (a < index.size()) {
@@ -171,7 +171,7 @@ std::vector<std::uint32_t> findOuterLoop(const TriangleMesh& mesh) {
 }
 
 void clearBase(ScanSurface& s, const Vector3d& up, double depth) {
-  for (int round = 0; round < kMaxTrims; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     const Loop loop = findOuterLoop(s.mesh);
     if (loop.empty()) return;
     const std::vector<char> is_dropped = crossedByBase(s.mesh, loop, baseUnder(s.mesh, loop, up, depth));

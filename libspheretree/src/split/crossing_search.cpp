@@ -10,9 +10,12 @@ namespace spheretree::builder {
 
 namespace {
 
+constexpr double kCell = 3;       // side of a cube, in edges of the triangles
 constexpr double kMaxCells = 64;  // largest number of cells in which a triangle is stored
 
 }  // namespace
+
+CrossingSearch::CrossingSearch(const std::vector<Eigen::Vector3d>& positions, double edge) : positions_(positions), cell_(kCell * edge) {}
 
 Eigen::AlignedBox3d CrossingSearch::boxOf(const Triangle& t) const {
   Eigen::AlignedBox3d box(positions_[t[0]]);

@@ -16,11 +16,12 @@ namespace spheretree::builder {
 /// Stores triangles in a grid of cubes. Crossing is decided exactly, as in mesh/crossing_triangles.h.
 class CrossingSearch {
  public:
-  /// `cell`: side of a cube [mm], a few edges of the triangles; > 0. `positions` may grow, but the positions of added
+  /// `edge`: of the triangles, about [mm]; > 0. `positions` may grow, but the positions of added
   /// triangles must not change.
-  CrossingSearch(const std::vector<Eigen::Vector3d>& positions, double cell) : positions_(positions), cell_(cell) {}
+  CrossingSearch(const std::vector<Eigen::Vector3d>& positions, double edge);
 
   void add(const Triangle& triangle);
+  double cell() const { return cell_; }  // side of a cube [mm]
   const std::vector<Triangle>& triangles() const { return triangles_; }
 
   /// Crossing pairs in which one triangle is in `fresh`. A pair has the index of the other triangle and the index of

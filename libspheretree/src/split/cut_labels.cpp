@@ -16,7 +16,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kRounds = 4;        // of smoothing
 constexpr double kMargin = 0.15;  // share of an edge between a cut and the ends of the edge, which avoids slivers
 
 double valueOf(const std::vector<RegionDistance>& known, std::int32_t region, double otherwise) {
@@ -38,7 +37,7 @@ class Cutter {
       band_ = found.band;
       known_ = std::move(found.of_vertex);
       fixed_ = known_;
-      for (int round = 0; round < kRounds; ++round) smoothDistances();
+      for (int round = 0; round < kSmoothingRounds; ++round) smoothDistances();
       assign();
     }
     cut();
@@ -135,16 +134,16 @@ class Cutter {
   void cut() {
     const EdgeFaces faces(mesh_);
     const std::size_t old_triangles = mesh_.triangles.size();
-    std::vector<std::array<std::uint32_t, 3>> cut_of(old_triangles, {EdgeFaces::kNone, EdgeFaces::kNone, EdgeFaces::kNone});
+    std::vector<std::array<std::uint32_t, 3>> cut_of(old_triangles, {kNone, kNone, kNone});
     for (std::uint32_t t = 0; t < old_triangles; ++t)
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t u = mesh_.triangles[t][k], v = mesh_.triangles[t][(k + 1) % 3];
-        if (s_.vertex_region[u] == s_.vertex_region[v] || cut_of[t][k] != EdgeFaces::kNone) continue;
+        if (s_.vertex_region[u] == s_.vertex_region[v] || cut_of[t][k] != kNone) continue;
         // From the lower vertex, so that both triangles compute the same point.
         const std::uint32_t low = std::min(u, v), high = std::max(u, v);
         const double share = cutAt(low, high);
         cut_of[t][k] = add((1 - share) * mesh_.positions[low] + share * mesh_.positions[high]);
-        if (const std::uint32_t other = faces.face(v, u); other != EdgeFaces::kNone)
+        if (const std::uint32_t other = faces.face(v, u); other != kNone)
           for (std::size_t j = 0; j < 3; ++j)
             if (mesh_.triangles[other][j] == v) cut_of[other][j] = cut_of[t][k];
       }
@@ -172,7 +171,7 @@ class Cutter {
   void cutTriangle(std::uint32_t t, const std::array<std::uint32_t, 3>& cuts) {
     const Triangle old = mesh_.triangles[t];
     const auto region = [&](std::size_t k) { return s_.vertex_region[old[k]]; };
-    const auto isCut = [&](std::size_t k) { return cuts[k] != EdgeFaces::kNone; };
+    const auto isCut = [&](std::size_t k) { return cuts[k] != kNone; };
     if (!isCut(0) && !isCut(1) && !isCut(2)) {
       s_.region[t] = region(0);
       return;

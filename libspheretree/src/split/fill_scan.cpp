@@ -9,6 +9,7 @@
 
 #include "mesh/crossing_triangles.h"
 #include "repair/fill_holes.h"
+#include "spheretree/builder/mesh_checks.h"
 #include "split/close_scan.h"
 #include "split/crossing_search.h"
 #include "split/move_apart.h"
@@ -22,12 +23,6 @@ namespace {
 using Loop = std::vector<std::uint32_t>;
 using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
-constexpr std::size_t kMaxSpanned = 3000;  // largest number of vertices of a loop that is triangulated at once
-constexpr int kMaxWidened = 20;            // rounds of widening holes whose filling crosses something
-constexpr double kFillDensity = 1.5;       // of the finer filling, in triangles along the edges of its border
-constexpr double kNear = 3;                // mean edges around the box of a hole, in which its filling is tested against the scan
-constexpr double kSearchCell = 3;          // side of a cube of the search, in mean edges of the scan
-
 /// Every border loop except the outer one.
 std::vector<Loop> loopsToFill(const TriangleMesh& mesh) {
   const Loop outer = findOuterLoop(mesh);
@@ -40,7 +35,7 @@ std::vector<Loop> loopsToFill(const TriangleMesh& mesh) {
 class Filling {
  public:
   explicit Filling(ScanSurface& s)
-      : s_(s), mesh_(s.mesh), scanned_(s.mesh.triangles.size()), faces_(s.mesh), search_(s.mesh.positions, kSearchCell * meanEdge(s)) {}
+      : s_(s), mesh_(s.mesh), scanned_(s.mesh.triangles.size()), faces_(s.mesh), search_(s.mesh.positions, meanEdge(s)) {}
 
   /// Returns the triangles of the scan that have to be removed first, true for each; empty if everything is filled.
   /// `widen`: also removes rings around holes that cannot be filled. `is_last`: fills all holes, even with crossings.
@@ -59,11 +54,10 @@ class Filling {
     is_dropped_.assign(scanned_, 0);
     // By place, not by connection: the neighbour of a tooth is as near as the tooth itself.
     std::vector<Eigen::AlignedBox3d> boxes;
-    const double beside_edges = kNear * meanEdge(s_);
     for (const Loop& loop : loops) {
       Eigen::AlignedBox3d box;
       for (const std::uint32_t v : loop) box.extend(mesh_.positions[v]);
-      const Vector3d beside = Vector3d::Constant(beside_edges + box.diagonal().norm() / 2);
+      const Vector3d beside = Vector3d::Constant(search_.cell() + box.diagonal().norm() / 2);
       boxes.emplace_back(box.min() - beside, box.max() + beside);
     }
     // By their begin along x, with the farthest end of each box and those before it: a scan may have many holes.
@@ -86,11 +80,10 @@ class Filling {
 
   void fill(const Loop& loop, bool widen, bool is_last) {
     const std::size_t points = mesh_.positions.size();
-    const bool is_spanned = loop.size() <= kMaxSpanned;
     std::vector<Triangle> first_filling;
     Pairs first_pairs;
     std::vector<char> first_bad;
-    for (int attempt = is_spanned ? 0 : 2; attempt < 3; ++attempt) {
+    for (int attempt = 0; attempt < 3; ++attempt) {
       std::vector<Triangle> filling = attempt < 2 ? spanLoop(mesh_, loop) : fan(loop);
       if (attempt == 1 && !filling.empty()) bend(filling, loop);
       if (filling.empty()) continue;
@@ -110,7 +103,7 @@ class Filling {
     MovableSheet sheet{.first_new = mesh_.positions.size()};
     for (std::size_t k = 0; k < loop.size(); ++k)
       sheet.edge += (mesh_.positions[loop[k]] - mesh_.positions[loop[(k + 1) % loop.size()]]).norm() / static_cast<double>(loop.size());
-    refineSpan(mesh_, filling, kFillDensity);
+    refineSpan(mesh_, filling, kSheetDensity);
     sheet.triangles = std::move(filling);
     sheet.group.assign(sheet.triangles.size(), 0);
     const std::map<std::uint32_t, std::uint32_t> next = nextOf(loop);
@@ -128,7 +121,7 @@ class Filling {
   void noteBad(const std::vector<Triangle>& filling, const Pairs& pairs, std::vector<char>& is_bad, bool widen) {
     const auto old_count = static_cast<std::uint32_t>(scan_triangle_.size());
     for (const auto& [first, second] : pairs) {
-      const bool is_scan = first < old_count && scan_triangle_[first] != EdgeFaces::kNone;
+      const bool is_scan = first < old_count && scan_triangle_[first] != kNone;
       if (is_scan) is_dropped_[scan_triangle_[first]] = 1;
       if (widen || !is_scan) is_bad[second - old_count] = 1;
       if (first >= old_count) is_bad[first - old_count] = 1;
@@ -158,7 +151,7 @@ class Filling {
     return at != next.end() && at->second == b;
   }
   bool isOfScan(std::uint32_t a, std::uint32_t b) const {
-    return std::max(a, b) < is_bad_.size() && (faces_.face(a, b) != EdgeFaces::kNone || faces_.face(b, a) != EdgeFaces::kNone);
+    return std::max(a, b) < is_bad_.size() && (faces_.face(a, b) != kNone || faces_.face(b, a) != kNone);
   }
 
   /// True for triangles that are flat, or that share an edge with the scan that is not part of the loop.
@@ -184,7 +177,7 @@ class Filling {
     }
     for (const Triangle& t : filling) {
       search_.add(t);
-      scan_triangle_.push_back(EdgeFaces::kNone);
+      scan_triangle_.push_back(kNone);
       mesh_.triangles.push_back(t);
       s_.is_invented.push_back(1);
     }
@@ -203,7 +196,7 @@ class Filling {
 }  // namespace
 
 std::size_t dropCrossings(ScanSurface& s) {
-  const auto pairs = findCrossingTriangles(s.mesh, kMaxSplitCrossings).pairs;
+  const auto pairs = findCrossingTriangles(s.mesh, kMaxCrossingPairs).pairs;
   std::map<std::uint32_t, std::vector<std::uint32_t>> crossed;
   for (const auto& [a, b] : pairs) crossed[a].push_back(b), crossed[b].push_back(a);
   using Entry = std::tuple<std::size_t, double, std::uint32_t>;  // number of pairs, - area, triangle
@@ -232,7 +225,7 @@ std::size_t fillScanHoles(ScanSurface& s) {
   for (int round = 0;; ++round) {
     const std::size_t scanned = s.mesh.triangles.size(), points = s.mesh.positions.size();
     const std::vector<Loop> loops = loopsToFill(s.mesh);
-    const std::vector<char> is_dropped = Filling(s).run(loops, round > 0, round == kMaxWidened);
+    const std::vector<char> is_dropped = Filling(s).run(loops, round > 0, round == kMaxRounds);
     if (is_dropped.empty()) return loops.size();
     s.mesh.positions.resize(points);
     s.vertex_region.resize(points);

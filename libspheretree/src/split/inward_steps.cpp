@@ -16,13 +16,13 @@ constexpr double kMinShare = 0.5;  // smallest remaining share of the slope of t
 
 using PlanePair = std::array<Vector3d, 2>;  // normals of the planes at a vertex: the first one, and the one that differs most from it
 
-/// The planes of the triangles at each step; `step_of` a vertex is the index of its step or EdgeFaces::kNone.
+/// The planes of the triangles at each step; `step_of` a vertex is the index of its step or kNone.
 std::vector<PlanePair> planesAt(const TriangleMesh& mesh, const std::vector<std::uint32_t>& step_of, std::size_t count) {
   std::vector<PlanePair> planes(count, {Vector3d::Zero(), Vector3d::Zero()});
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t i = step_of[mesh.triangles[t][static_cast<std::size_t>(k)]];
-      if (i == EdgeFaces::kNone) continue;
+      if (i == kNone) continue;
       const Vector3d a = mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k), b = mesh.corner(t, (k + 2) % 3) - mesh.corner(t, k);
       const Vector3d normal = a.cross(b).normalized();
       if (!normal.allFinite()) continue;
@@ -55,9 +55,9 @@ void smoothDirections(std::vector<InwardStep>& steps, const std::vector<std::arr
 
 std::vector<InwardStep> findInwardSteps(const TriangleMesh& mesh, const RegionBorders& borders, const Vector3d& up) {
   std::vector<InwardStep> steps;
-  std::vector<std::uint32_t> step_of(mesh.positions.size(), EdgeFaces::kNone);
+  std::vector<std::uint32_t> step_of(mesh.positions.size(), kNone);
   const auto stepAt = [&](std::uint32_t v) {
-    if (step_of[v] == EdgeFaces::kNone) {
+    if (step_of[v] == kNone) {
       step_of[v] = static_cast<std::uint32_t>(steps.size());
       steps.push_back({v, 0, Vector3d::Zero()});
     }

@@ -27,10 +27,10 @@ Pieces piecesOf(const TriangleMesh& mesh, const std::vector<std::int32_t>& label
       if (label[t[k]] == label[t[(k + 1) % 3]]) groups.join(t[k], t[(k + 1) % 3]);
   Pieces pieces;
   pieces.of.assign(label.size(), 0);
-  std::vector<std::uint32_t> number(label.size(), EdgeFaces::kNone);
+  std::vector<std::uint32_t> number(label.size(), kNone);
   for (std::uint32_t v = 0; v < label.size(); ++v) {
     const std::uint32_t root = groups.root(v);
-    if (number[root] == EdgeFaces::kNone) {
+    if (number[root] == kNone) {
       number[root] = static_cast<std::uint32_t>(pieces.all.size());
       pieces.all.push_back({label[v], 0});
     }

@@ -7,6 +7,8 @@
 #include <set>
 #include <utility>
 
+#include "split/scan_surface.h"
+
 namespace spheretree::builder {
 
 using Eigen::Vector3d;
@@ -14,7 +16,6 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kClear = 0.1;      // distance of a sheet from what it crossed, in mean edges of its border
-constexpr int kMaxMoves = 25;       // rounds of moving a sheet without a reduction of its crossings
 constexpr int kMovesAHalving = 10;  // rounds after which triangles that still cross are halved
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;  // the lower vertex first
@@ -47,7 +48,7 @@ class Moving {
     std::vector<Vector3d> best_positions;
     MovableSheet best;
     std::size_t fewest = std::numeric_limits<std::size_t>::max();
-    for (int round = 0, best_round = 0; fewest > 0 && round < best_round + kMaxMoves; ++round) {
+    for (int round = 0, best_round = 0; fewest > 0 && round < best_round + kMaxRounds; ++round) {
       const Pairs pairs = search_.against(sheet_.triangles);
       if (pairs.size() < fewest) {
         fewest = pairs.size();

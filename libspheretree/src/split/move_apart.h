@@ -11,6 +11,8 @@
 
 namespace spheretree::builder {
 
+inline constexpr double kSheetDensity = 0.5;  // of a sheet that is moved, in triangles along the edges of its border
+
 /// New triangles, which connect vertices that stay and vertices that may move.
 struct MovableSheet {
   std::vector<Triangle> triangles = {};
@@ -22,8 +24,8 @@ struct MovableSheet {
 /// Moves new vertices until the sheet crosses nothing: to the right side of what they cross; where the sheet crosses
 /// itself, to the mean of their neighbours. If that does not help, halves the triangles there, which appends vertices.
 /// `outOf(i)`: unit normal of triangle i of the search, pointing away from the side where the sheet may be. Returns the
-/// number of pairs that still cross; the sheet is the one with the fewest. Cost: at most 25 rounds without a reduction
-/// of the pairs, each a search for the crossings of the sheet.
+/// number of pairs that still cross; the sheet is the one with the fewest. Cost: at most kMaxRounds rounds
+/// without a reduction of the pairs, each a search for the crossings of the sheet.
 std::size_t moveApart(std::vector<Eigen::Vector3d>& positions, MovableSheet& sheet, const CrossingSearch& search,
                       const std::function<Eigen::Vector3d(std::uint32_t)>& outOf);
 

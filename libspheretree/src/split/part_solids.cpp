@@ -19,8 +19,6 @@ namespace {
 
 using Line = std::vector<std::uint32_t>;  // vertices
 
-constexpr int kMaxHalvings = 40;  // halvings of a length where it crosses something
-constexpr double kFlatArc = 2;    // mean edges by which an arc must rise above the line between its ends to get a window
 constexpr std::array<double, 6> kCollars{0.0, 0.03, 0.06, 0.12, 0.25, 0.5};  // depths of collars to try, as shares of the radius of the rim
 constexpr std::array<double, 5> kRoots{1.0, 0.75, 0.5, 0.25, 0.0};           // lengths of stubs to try, as shares; 0: a cap
 
@@ -96,7 +94,7 @@ class WallFinder {
   void shortenStrips(std::vector<InwardStep>& steps, std::uint32_t first) {
     const std::vector<Triangle> strips = walls_.trianglesFrom(0);
     const std::size_t old_count = mesh_.triangles.size();
-    for (int round = 0; round < kMaxHalvings; ++round) {
+    for (int round = 0; round < kMaxRounds; ++round) {
       const auto pairs = walls_.against(strips);
       if (pairs.empty()) return;
       std::vector<char> is_long(steps.size(), 0);
@@ -169,7 +167,7 @@ class WallFinder {
       return std::clamp((mesh_.positions[v] - first).dot(way) / std::max(way.squaredNorm(), 1e-12), 0.0, 1.0);
     };
     for (const std::uint32_t v : arc) rise = std::max(rise, (mesh_.positions[v] - first - share(v) * way).dot(settings_.up));
-    if (rise > kFlatArc * edge && arc.front() != arc.back()) {
+    if (rise > edge && arc.front() != arc.back()) {
       const auto pieces = static_cast<std::size_t>(std::ceil(way.norm() / edge));
       walls_.addBest(region, kCollars.size(), edge, [&](std::size_t attempt) {
         const double depth = kCollars[attempt] * way.norm() / 2;

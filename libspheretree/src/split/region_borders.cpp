@@ -13,7 +13,7 @@ RegionBorders::RegionBorders(const ScanSurface& surface)
   for (std::uint32_t t = 0; t < triangles.size(); ++t)
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t a = triangles[t][k], b = triangles[t][(k + 1) % 3], other = faces_.face(b, a);
-      const std::int32_t beyond = other == EdgeFaces::kNone ? kGumRegion : surface.region[other];
+      const std::int32_t beyond = other == kNone ? kGumRegion : surface.region[other];
       if (beyond == surface.region[t]) continue;
       edges_of_[static_cast<std::size_t>(surface.region[t])].push_back({a, b, beyond});
       ++borders_at_[a];
@@ -27,7 +27,7 @@ BorderEdge RegionBorders::next(std::int32_t region, const BorderEdge& edge) cons
     const Triangle& t = surface_.mesh.triangles[face];
     const std::size_t k = static_cast<std::size_t>(std::find(t.begin(), t.end(), edge.to) - t.begin());
     const std::uint32_t to = t[(k + 1) % 3], beyond = faces_.face(to, edge.to);
-    if (beyond == EdgeFaces::kNone) return {edge.to, to, kGumRegion};
+    if (beyond == kNone) return {edge.to, to, kGumRegion};
     if (surface_.region[beyond] != region) return {edge.to, to, surface_.region[beyond]};
     face = beyond;
   }

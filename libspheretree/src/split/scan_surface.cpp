@@ -70,11 +70,11 @@ double dropSurplus(TriangleMesh& mesh) {
     std::vector<char> drop(mesh.triangles.size(), 0);
     forEachEdge(sides, [&](std::size_t first, std::size_t last) {
       for (const bool forward : {true, false}) {
-        std::uint32_t best = EdgeFaces::kNone;
+        std::uint32_t best = kNone;
         for (std::size_t s = first; s < last; ++s) {
           if (sides[s].forward != forward || drop[sides[s].triangle]) continue;
-          if (best == EdgeFaces::kNone || triangleArea(mesh, sides[s].triangle) > triangleArea(mesh, best)) {
-            if (best != EdgeFaces::kNone) drop[best] = 1;
+          if (best == kNone || triangleArea(mesh, sides[s].triangle) > triangleArea(mesh, best)) {
+            if (best != kNone) drop[best] = 1;
             best = sides[s].triangle;
           } else {
             drop[sides[s].triangle] = 1;
@@ -108,10 +108,10 @@ double dropPinches(TriangleMesh& mesh) {
   });
   std::vector<double> area(3 * mesh.triangles.size(), 0);
   for (std::uint32_t c = 0; c < area.size(); ++c) area[fans.root(c)] += triangleArea(mesh, c / 3);
-  std::vector<std::uint32_t> largest(mesh.positions.size(), EdgeFaces::kNone);
+  std::vector<std::uint32_t> largest(mesh.positions.size(), kNone);
   for (std::uint32_t c = 0; c < area.size(); ++c) {
     std::uint32_t& best = largest[mesh.triangles[c / 3][c % 3]];
-    if (best == EdgeFaces::kNone || area[fans.root(c)] > area[best]) best = fans.root(c);
+    if (best == kNone || area[fans.root(c)] > area[best]) best = fans.root(c);
   }
   double lost = 0;
   std::size_t kept = 0;

@@ -10,13 +10,15 @@
 #include <vector>
 
 #include "mesh/triangle_area.h"
+#include "spheretree/core/none.h"
 #include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree::builder {
 
 inline constexpr std::int32_t kGumRegion = 0;  // all pieces of the gum; every other region is a single piece of a label
 
-inline constexpr std::size_t kMaxSplitCrossings = 100'000;  // the count of crossing pairs stops here
+/// Rounds in which crossings are removed, without becoming fewer, before they stay; no scan needed more than 16.
+inline constexpr int kMaxRounds = 25;
 
 struct ScanSurface {
   TriangleMesh mesh;
@@ -31,7 +33,6 @@ struct ScanSurface {
 class EdgeFaces {
  public:
   explicit EdgeFaces(const TriangleMesh& mesh);
-  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
   std::uint32_t face(std::uint32_t from, std::uint32_t to) const;
 
  private:

@@ -12,6 +12,7 @@
 #include "mesh/mesh_edges.h"
 #include "repair/repair_soup.h"
 #include "spheretree/builder/build_settings.h"
+#include "spheretree/builder/mesh_checks.h"
 #include "spheretree/builder/repair_mesh.h"
 #include "spheretree/core/mesh_edit.h"
 #include "split/close_scan.h"
@@ -288,7 +289,7 @@ class Splitter {
       }
       first += static_cast<std::uint32_t>(out_.parts[p].mesh.positions.size());
     }
-    for (const auto& [a, b] : findCrossingTriangles(all, kMaxSplitCrossings, progress_).pairs) {
+    for (const auto& [a, b] : findCrossingTriangles(all, kMaxCrossingPairs, progress_).pairs) {
       if (part_of[a] == part_of[b]) continue;  // counted by the checks of the part
       ++out_.crossing_pairs;
       for (const std::uint32_t t : {a, b}) {

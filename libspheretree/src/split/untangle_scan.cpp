@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "mesh/crossing_triangles.h"
+#include "spheretree/builder/mesh_checks.h"
 #include "split/crossing_search.h"
 
 namespace spheretree::builder {
@@ -14,24 +15,22 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kMaxNoise = 3;      // largest motion, in standard deviations of the noise
-constexpr int kUntangleRounds = 30;  // rounds of moving
-constexpr int kUntangledRings = 2;   // rings around the crossing triangles whose vertices may move
-constexpr double kUntangleCell = 3;  // side of a cube of the search, in mean edges of the scan
+constexpr double kMaxNoise = 3;     // largest motion, in standard deviations of the noise
+constexpr int kUntangledRings = 2;  // rings around the crossing triangles whose vertices may move
 
 class Untangling {
  public:
   explicit Untangling(ScanSurface& s)
-      : mesh_(s.mesh), origin_(s.mesh.positions), neighbours_(s.mesh), search_(s.mesh.positions, kUntangleCell * meanEdge(s)) {}
+      : mesh_(s.mesh), origin_(s.mesh.positions), neighbours_(s.mesh), search_(s.mesh.positions, meanEdge(s)) {}
 
   MovedVertices run() {
     std::vector<std::uint32_t> corners;
-    for (const auto& [a, b] : findCrossingTriangles(mesh_, kMaxSplitCrossings).pairs)
+    for (const auto& [a, b] : findCrossingTriangles(mesh_, kMaxCrossingPairs).pairs)
       for (const std::uint32_t t : {a, b}) corners.insert(corners.end(), mesh_.triangles[t].begin(), mesh_.triangles[t].end());
     if (corners.empty()) return {};
     findMovable(corners);
     const double largest = kMaxNoise * noise();
-    for (int round = 0; round < kUntangleRounds; ++round) {
+    for (int round = 0; round < kMaxRounds; ++round) {
       const std::vector<char> is_crossing = crossingVertices();
       if (std::find(is_crossing.begin(), is_crossing.end(), 1) == is_crossing.end()) break;
       std::vector<Vector3d> next = mesh_.positions;

@@ -13,15 +13,8 @@ namespace spheretree::builder {
 
 using Eigen::Vector3d;
 
-namespace {
-
-constexpr double kCell = 3;           // side of a cube of the search, in mean edges of the scan
-constexpr double kWallDensity = 0.5;  // of a wall that is moved, in triangles along the edges of its border
-
-}  // namespace
-
 WallSet::WallSet(ScanSurface& surface)
-    : surface_(surface), search_(surface.mesh.positions, kCell * meanEdge(surface)), wall_of_(surface.mesh.triangles.size(), -1) {
+    : surface_(surface), search_(surface.mesh.positions, meanEdge(surface)), wall_of_(surface.mesh.triangles.size(), -1) {
   for (const Triangle& t : surface.mesh.triangles) search_.add(t);
 }
 
@@ -72,7 +65,7 @@ std::size_t WallSet::addBest(std::int32_t region, std::size_t count, double edge
   std::vector<InnerWall> best_walls;
   for (const auto& [crossings, i] : order) {
     attempt(i);
-    for (std::size_t w = begin.walls; w < walls_.size(); ++w) refineSpan(surface_.mesh, walls_[w].triangles, kWallDensity);
+    for (std::size_t w = begin.walls; w < walls_.size(); ++w) refineSpan(surface_.mesh, walls_[w].triangles, kSheetDensity);
     const std::size_t left = moveApartFrom(begin, region, edge);
     if (left == 0) return 0;
     if (left < fewest_crossings) {

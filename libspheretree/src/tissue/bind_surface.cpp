@@ -15,13 +15,6 @@ namespace spheretree::builder {
 
 using Eigen::Vector3d;
 
-namespace {
-
-constexpr std::size_t kVerticesAChunk = 256;
-constexpr double kPadding = 1e-9;  // as a share of the diagonal: a vertex on a face is in range of both tetrahedra
-
-}  // namespace
-
 std::vector<TissueVertex> bindSurface(const TriangleMesh& mesh, const Tetrahedra& solid, const Vector3d& origin, Progress& progress) {
   const DistanceField boundary(boundaryOf(solid));
   std::vector<Eigen::AlignedBox3d> boxes(solid.corners.size());
@@ -35,28 +28,26 @@ std::vector<TissueVertex> bindSurface(const TriangleMesh& mesh, const Tetrahedra
   }
   const BoxTree tree(boxes, 4);
   std::vector<TissueVertex> bound(mesh.positions.size());
-  const std::size_t chunks = (bound.size() + kVerticesAChunk - 1) / kVerticesAChunk;
-  tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
+  tbb::parallel_for(std::size_t{0}, bound.size(), [&](std::size_t v) {
     progress.check();
-    for (std::size_t v = chunk * kVerticesAChunk; v < std::min(bound.size(), (chunk + 1) * kVerticesAChunk); ++v) {
-      const Vector3d& p = mesh.positions[v];
-      const double reach = std::max(0.0, boundary.signedDistance(p)) + kPadding * boundary.diagonal();
-      double best = -std::numeric_limits<double>::infinity();
-      std::uint32_t best_tetrahedron = 0;
-      Vector3d best_weight = Vector3d::Zero();
-      tree.searchWithin(p, reach * reach, [&](std::size_t first, std::size_t count) {
-        for (std::size_t slot = first; slot < first + count; ++slot) {
-          const std::uint32_t t = tree.order()[slot];
-          const Vector3d w = inverse[t] * (p - solid.nodes[solid.corners[t][3]]);
-          const double smallest = std::min(w.minCoeff(), 1 - w.sum());
-          if (smallest > best || (smallest == best && t < best_tetrahedron)) best = smallest, best_tetrahedron = t, best_weight = w;
-        }
-      });
-      const Vector3d rest = p - origin;
-      bound[v] = {{rest.x(), rest.y(), rest.z()},
-                  best_tetrahedron,
-                  {roundToFloat(best_weight.x()), roundToFloat(best_weight.y()), roundToFloat(best_weight.z())}};
-    }
+    const Vector3d& p = mesh.positions[v];
+    // Padded, so that a vertex on a face is in range of both tetrahedra.
+    const double reach = std::max(0.0, boundary.signedDistance(p)) + kRounding * boundary.diagonal();
+    double best = -std::numeric_limits<double>::infinity();
+    std::uint32_t best_tetrahedron = 0;
+    Vector3d best_weight = Vector3d::Zero();
+    tree.searchWithin(p, reach * reach, [&](std::size_t first, std::size_t count) {
+      for (std::size_t slot = first; slot < first + count; ++slot) {
+        const std::uint32_t t = tree.order()[slot];
+        const Vector3d w = inverse[t] * (p - solid.nodes[solid.corners[t][3]]);
+        const double smallest = std::min(w.minCoeff(), 1 - w.sum());
+        if (smallest > best || (smallest == best && t < best_tetrahedron)) best = smallest, best_tetrahedron = t, best_weight = w;
+      }
+    });
+    const Vector3d rest = p - origin;
+    bound[v] = {{rest.x(), rest.y(), rest.z()},
+                best_tetrahedron,
+                {roundToFloat(best_weight.x()), roundToFloat(best_weight.y()), roundToFloat(best_weight.z())}};
   });
   return bound;
 }

@@ -18,9 +18,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::size_t kTrianglesAChunk = 64;
-constexpr double kRounding = 1e-9;  // as a share of the mesh's extent: how far a corner may lie outside of its leaf at rest
-
 using Weights = Eigen::Vector3d;  // barycentric coordinates of a corner of a piece
 
 struct Piece {
@@ -40,7 +37,7 @@ class Cutter {
     double extent2 = 0;
     for (const Vector3d& p : triangle) extent2 = std::max(extent2, (p - middle).squaredNorm());
     std::vector<std::uint32_t> near;
-    index_.tree.searchWithin(middle, extent2 * (1 + 1e-9), [&](std::size_t first, std::size_t count) {
+    index_.tree.searchWithin(middle, extent2 * (1 + kRounding), [&](std::size_t first, std::size_t count) {
       for (std::size_t slot = first; slot < first + count; ++slot) near.push_back(static_cast<std::uint32_t>(slot));
     });
     std::sort(near.begin(), near.end(), [&](std::uint32_t a, std::uint32_t b) { return index_.original(a) < index_.original(b); });
@@ -157,7 +154,7 @@ class Numbering {
   }
 
   const TriangleMesh& mesh_;
-  std::uint32_t triangle_ = std::numeric_limits<std::uint32_t>::max();
+  std::uint32_t triangle_ = kNone;
   std::size_t first_cut_ = 0;
   std::vector<std::vector<std::uint32_t>> corners_of_;
   TissueLeaves out_;
@@ -171,14 +168,11 @@ TissueLeaves cutPieces(const TriangleMesh& mesh, std::span<const Sphere> leaves,
   const BallIndex index(balls);
   double extent = 0;
   for (const Vector3d& p : mesh.positions) extent = std::max(extent, (p - origin).cwiseAbs().maxCoeff());
-  const std::size_t chunks = (mesh.triangles.size() + kTrianglesAChunk - 1) / kTrianglesAChunk;
-  std::vector<std::vector<Piece>> parts(chunks);
-  tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
+  std::vector<std::vector<Piece>> parts(mesh.triangles.size());
+  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t t) {
     progress.check();
-    Cutter cutter(index, kRounding * extent);
-    for (std::size_t t = chunk * kTrianglesAChunk; t < std::min(mesh.triangles.size(), (chunk + 1) * kTrianglesAChunk); ++t)
-      cutter.cut({mesh.corner(t, 0) - origin, mesh.corner(t, 1) - origin, mesh.corner(t, 2) - origin}, static_cast<std::uint32_t>(t),
-                 parts[chunk]);
+    Cutter(index, kRounding * extent)  // how far a corner may lie outside of its leaf at rest
+        .cut({mesh.corner(t, 0) - origin, mesh.corner(t, 1) - origin, mesh.corner(t, 2) - origin}, static_cast<std::uint32_t>(t), parts[t]);
   });
   Numbering numbering(mesh, leaves.size());
   for (const std::vector<Piece>& part : parts)

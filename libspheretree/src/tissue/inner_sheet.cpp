@@ -16,7 +16,7 @@ TriangleMesh innerSheet(const TriangleMesh& mesh, const DistanceField& field, do
     Vector3d& p = sheet.positions[i];
     const NearestPoint here = field.nearest(p);
     const Vector3d inward = -field.pseudonormal(here);
-    const Ball below = shrinkingBall(field, here.point, -inward, 0, stand_off);
+    const Ball below = shrinkingBall(field, here.point, -inward, stand_off);
     const double depth = below.radius > 0 ? (below.centre - here.point).norm() : 0;
     p = here.point + 2 * share * depth * inward;
   });

@@ -70,7 +70,7 @@ std::vector<PressPoint> pressPoints(const TriangleMesh& boundary, const Skin& sk
     PressPoint point{};
     for (std::size_t k = 0; k < 3; ++k) {
       const auto found = std::lower_bound(pressed.begin(), pressed.end(), c[k]);
-      point.node[k] = found != pressed.end() && *found == c[k] ? static_cast<std::uint32_t>(found - pressed.begin()) : kHeldNode;
+      point.node[k] = found != pressed.end() && *found == c[k] ? static_cast<std::uint32_t>(found - pressed.begin()) : kNone;
       point.weight[k] = roundToFloat(weight[static_cast<Eigen::Index>(k)] / weight.sum());
     }
     points.push_back(point);

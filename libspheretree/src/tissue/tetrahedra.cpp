@@ -21,9 +21,6 @@ constexpr double kVolumeError = 1e-6;  // relative error of a volume; the roundi
 // stiffness matrix 12 of its 16 digits.
 constexpr double kMinShape = 1e-9;
 
-// Sides of a tetrahedron, opposite each corner, wound outward if the volume is positive.
-constexpr std::array<std::array<std::size_t, 3>, 4> kSides{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
-
 struct Side {
   std::array<std::uint32_t, 3> key;  // its nodes in ascending order
   std::uint32_t tetrahedron;
@@ -36,7 +33,7 @@ std::vector<Side> sortedSides(const Tetrahedra& solid) {
   for (std::uint32_t t = 0; t < solid.corners.size(); ++t)
     for (std::uint8_t k = 0; k < 4; ++k) {
       Side side{{}, t, k};
-      for (std::size_t i = 0; i < 3; ++i) side.key[i] = solid.corners[t][kSides[k][i]];
+      for (std::size_t i = 0; i < 3; ++i) side.key[i] = solid.corners[t][kTetrahedronFaces[k][i]];
       std::sort(side.key.begin(), side.key.end());
       sides.push_back(side);
     }
@@ -98,13 +95,12 @@ void dropFlatAlongSurface(Tetrahedra& solid) {
 }
 
 void dropUnusedNodes(Tetrahedra& solid) {
-  constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> now(solid.nodes.size(), kUnused);
+  std::vector<std::uint32_t> now(solid.nodes.size(), kNone);
   for (const auto& corners : solid.corners)
     for (const std::uint32_t node : corners) now[node] = 0;
   std::uint32_t kept = 0;
   for (std::size_t i = 0; i < now.size(); ++i)
-    if (now[i] != kUnused) solid.nodes[kept] = solid.nodes[i], now[i] = kept++;
+    if (now[i] != kNone) solid.nodes[kept] = solid.nodes[i], now[i] = kept++;
   solid.nodes.resize(kept);
   for (auto& corners : solid.corners)
     for (std::uint32_t& node : corners) node = now[node];
@@ -156,7 +152,7 @@ TriangleMesh boundaryOf(const Tetrahedra& solid, std::vector<std::uint32_t>* own
   if (owner) owner->clear();
   for (const Side& side : outer) {
     const auto& c = solid.corners[side.tetrahedron];
-    const auto& k = kSides[side.opposite];
+    const auto& k = kTetrahedronFaces[side.opposite];
     boundary.triangles.push_back({c[k[0]], c[k[1]], c[k[2]]});
     if (owner) owner->push_back(side.tetrahedron);
   }

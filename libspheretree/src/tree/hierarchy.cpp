@@ -74,12 +74,12 @@ class Grouping {
       if (!matchParents(false) && !moved) break;
       boundAll();
     }
-    std::erase_if(groups_, [](const Group& g) { return g.parent == kNoParent && g.members.empty(); });
+    std::erase_if(groups_, [](const Group& g) { return g.parent == kNone && g.members.empty(); });
   }
 
   struct Group {
     std::vector<std::uint32_t> members;
-    std::uint32_t parent = kNoParent;
+    std::uint32_t parent = kNone;
     Ball inner, bound;  // enclosing the members; also enclosing the parent's own sphere
     int changed = 0;    // pass of its last change
   };
@@ -96,12 +96,12 @@ class Grouping {
   Ball boundOf(std::uint32_t parent, std::span<const std::uint32_t> members) const {
     scratch_.clear();
     for (const std::uint32_t c : members) scratch_.push_back(children_[c]);
-    if (parent != kNoParent) scratch_.push_back(parents_[parent]);
+    if (parent != kNone) scratch_.push_back(parents_[parent]);
     return scratch_.empty() ? Ball{} : enclosing(scratch_);
   }
   void boundAll() {
     for (Group& g : groups_) {
-      g.inner = boundOf(kNoParent, g.members);
+      g.inner = boundOf(kNone, g.members);
       g.bound = boundOf(g.parent, g.members);
     }
   }
@@ -183,9 +183,9 @@ class Grouping {
   // Assigns the groups to the parents: greedily, the largest parents first (`anew`), then by exchanges. Returns false
   // if nothing changed.
   bool matchParents(bool anew) {
-    for (Group& g : groups_) g.inner = boundOf(kNoParent, g.members);
+    for (Group& g : groups_) g.inner = boundOf(kNone, g.members);
     const auto price = [&](const Group& g, std::uint32_t parent) {
-      if (parent == kNoParent) return cost(g.members.size(), g.inner.radius);
+      if (parent == kNone) return cost(g.members.size(), g.inner.radius);
       return g.members.empty() ? parents_[parent].radius : cost(g.members.size(), jointRadius(g.inner, parents_[parent]));
     };
     if (anew) {
@@ -197,8 +197,8 @@ class Grouping {
         Group* best = nullptr;
         double smallest = std::numeric_limits<double>::infinity();
         for (Group& g : groups_) {
-          if (g.parent != kNoParent) continue;
-          const double more = price(g, p) - price(g, kNoParent);
+          if (g.parent != kNone) continue;
+          const double more = price(g, p) - price(g, kNone);
           if (!best || more < smallest) smallest = more, best = &g;
         }
         best->parent = p;
@@ -222,14 +222,14 @@ class Grouping {
   // A parent without a child takes the nearest child whose group has others.
   void fillEmpty() {
     for (std::uint32_t g = 0; g < groups_.size(); ++g) {
-      if (!groups_[g].members.empty() || groups_[g].parent == kNoParent) continue;
-      std::uint32_t best = kNoParent;
+      if (!groups_[g].members.empty() || groups_[g].parent == kNone) continue;
+      std::uint32_t best = kNone;
       double smallest = std::numeric_limits<double>::infinity();
       for (std::uint32_t c = 0; c < children_.size(); ++c) {
         const double distance = (children_[c].centre - parents_[groups_[g].parent].centre).norm();
         if (groups_[group_of_[c]].members.size() > 1 && distance < smallest) smallest = distance, best = c;
       }
-      if (best == kNoParent) return;
+      if (best == kNone) return;
       std::erase(groups_[group_of_[best]].members, best);
       groups_[g].members.push_back(best);
       group_of_[best] = g;
@@ -266,18 +266,18 @@ class Grouping {
     const double cost_moved = cost(without.size(), radius_without), cost_swapped = cost(from.members.size(), radius_without);
     const bool is_outer = cost_swapped < cost(from) * (1 - kWorthwhile);  // swapping any other child would not improve its group
     double best_gain = kWorthwhile * cost(from);
-    std::uint32_t best_group = a, best_other = kNoParent;
+    std::uint32_t best_group = a, best_other = kNone;
     std::vector<std::uint32_t> with;
     for (const auto& [distance, b] : near) {
       if (b == a) continue;
       const Group& to = groups_[b];
       const double before = cost(from) + cost(to);
-      const double joint = minRadius(to, c, kNoParent);
+      const double joint = minRadius(to, c, kNone);
       if (to.members.size() < capacity_ && before - cost_moved - cost(to.members.size() + 1, joint) > best_gain) {
         with = to.members;
         with.push_back(c);
         const double gain = before - cost_moved - cost(with.size(), boundOf(to.parent, with).radius);
-        if (gain > best_gain) best_gain = gain, best_group = b, best_other = kNoParent;
+        if (gain > best_gain) best_gain = gain, best_group = b, best_other = kNone;
       }
       for (std::size_t i = 0; is_outer && i < to.members.size(); ++i) {
         const std::uint32_t other = to.members[i];
@@ -295,7 +295,7 @@ class Grouping {
     if (best_group == a) return false;
     Group& to = groups_[best_group];
     from.members = std::move(without);
-    if (best_other != kNoParent) {
+    if (best_other != kNone) {
       std::erase(to.members, best_other);
       from.members.push_back(best_other);
       group_of_[best_other] = a;
@@ -304,7 +304,7 @@ class Grouping {
     group_of_[c] = best_group;
     for (Group* g : {&from, &to}) {
       g->bound = boundOf(g->parent, g->members);
-      g->inner = boundOf(kNoParent, g->members);
+      g->inner = boundOf(kNone, g->members);
       g->changed = pass_;
     }
     return true;
@@ -312,7 +312,7 @@ class Grouping {
 
   // A lower bound of the radius around a group with one more child and, optionally, without another one.
   double minRadius(const Group& group, std::uint32_t more, std::uint32_t less) const {
-    double radius = group.parent == kNoParent ? 0 : jointRadius(children_[more], parents_[group.parent]);
+    double radius = group.parent == kNone ? 0 : jointRadius(children_[more], parents_[group.parent]);
     for (const std::uint32_t c : group.members)
       if (c != less) radius = std::max(radius, jointRadius(children_[more], children_[c]));
     return radius;
@@ -362,7 +362,7 @@ GroupedLevels group(std::vector<std::vector<Sphere>> levels, std::span<const std
     out.parents[level].resize(below.size());
     for (const Grouping::Group& g : grouping.groups()) {
       std::uint32_t parent = g.parent;
-      if (parent == kNoParent) {
+      if (parent == kNone) {
         parent = static_cast<std::uint32_t>(owners.size());
         owners.push_back(out.levels[level][g.members[0]]);
         bounds.emplace_back();

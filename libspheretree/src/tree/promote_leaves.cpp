@@ -6,12 +6,11 @@
 #include <tuple>
 
 #include "certify/redundant_spheres.h"
+#include "spheretree/core/none.h"
 
 namespace spheretree::builder {
 
 namespace {
-
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 // For each sphere the leaf outside of which it protrudes least, unless that leaf is taken; spheres that protrude least
 // choose first.

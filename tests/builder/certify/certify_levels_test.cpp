@@ -61,7 +61,7 @@ TEST(CertifyLevels, ABallThatEndsEarlyBelongsToEveryDeeperLevel) {
   LevelBalls levels;
   const std::vector<Ball> all = ring(24, 1.3);
   std::vector<Ball> leaves;
-  levels.parents = {{kNoParent}, {0, 0, 0}, {}};
+  levels.parents = {{kNone}, {0, 0, 0}, {}};
   levels.balls = {{{{0, 0, 0}, 6.1}}, ring(3, 5.6), {}};
   const Ball& ended = levels.balls[1][1];
   for (const Ball& b : all) {
@@ -88,7 +88,7 @@ TEST(CertifyLevels, DropsRedundantLeavesButNoLastChild) {
   EXPECT_LE(grouped_later.spheres[2].size(), 24u);
   EXPECT_LE(torus.gap(grouped_later.spheres[2]), 1e-12);
 
-  levels.parents = {{kNoParent}, {0, 0, 0, 0}, std::vector<std::uint32_t>(25, 0)};
+  levels.parents = {{kNone}, {0, 0, 0, 0}, std::vector<std::uint32_t>(25, 0)};
   for (std::uint32_t i = 1; i < 24; ++i) levels.parents[2][i] = std::min(2u, i / 8);
   levels.parents[2][24] = 3;  // the redundant leaf is the only child of sphere 3
   const CertifiedLevels grouped = torus.certify(levels);

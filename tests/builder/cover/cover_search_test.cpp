@@ -118,7 +118,7 @@ TEST(CoverSearch, CoversAThinSheetAlmostAsWellAsDiscsCoverAPlane) {
     while (start.size() < 40) {
       const Vector3d& p = mesh.positions[random.below(mesh.positions.size())];
       const NearestPoint touch = field.nearest(p);
-      if (const Ball ball = shrinkingBall(field, touch.point, field.pseudonormal(touch), 0, 0.1); ball.radius > 0) start.push_back(ball);
+      if (const Ball ball = shrinkingBall(field, touch.point, field.pseudonormal(touch), 0.1); ball.radius > 0) start.push_back(ball);
     }
     return lowering(mesh, start, test::densePoints(mesh, 2, 1), quick()).stand_off;
   };

@@ -24,7 +24,7 @@ SphereTree octantTree(float leaf_radius, float bound_radius) {
   tree.cover.push_back({0, 0, 0, 1.75f});
   tree.bound.push_back({0, 0, 0, bound_radius});
   for (int k = 0; k < 8; ++k) tree.cover.push_back({k & 1 ? 0.5f : -0.5f, k & 2 ? 0.5f : -0.5f, k & 4 ? 0.5f : -0.5f, leaf_radius});
-  tree.bound_index.assign(9, kNoBound);
+  tree.bound_index.assign(9, kNone);
   tree.bound_index[0] = 0;
   tree.first_child.assign(9, 0);
   tree.first_child[0] = 1;
@@ -120,7 +120,7 @@ TEST(EvaluateTree, LeavesOfEarlierLevelsStayInTheLevelSet) {
   tree.cover.push_back({0.5f, 0.5f, 0.5f, 0.9f});  // a third level below the first octant only
   tree.bound.push_back({0.5f, 0.5f, 0.5f, 2});
   tree.first_child[1] = 9, tree.child_count[1] = 1, tree.bound_index[1] = 1;
-  tree.first_child.push_back(0), tree.child_count.push_back(0), tree.bound_index.push_back(kNoBound);
+  tree.first_child.push_back(0), tree.child_count.push_back(0), tree.bound_index.push_back(kNone);
   tree.level_begin = {0, 1, 9, 10};
   tree.statistics.resize(3);
   const Evaluation e = evaluate(kCube, tree, {.limits = false});

@@ -67,9 +67,9 @@ TEST(ShrinkingBalls, SharpConvexEdgesAndCornersGiveNone) {
 TEST(ShrinkingBalls, WithAStandOffThereIsOneBelowEdgesAndCorners) {
   const DistanceField field(test::boxMesh({0, 0, 0}, {1, 1, 1}));
   const double stand_off = 0.02;
-  const Ball edge = shrinkingBall(field, {0, 0, 0.4}, Vector3d(-1, -1, 0).normalized(), 0, stand_off);
+  const Ball edge = shrinkingBall(field, {0, 0, 0.4}, Vector3d(-1, -1, 0).normalized(), stand_off);
   EXPECT_NEAR(edge.radius, stand_off / (std::sqrt(2.0) - 1), 1e-3 * edge.radius);
-  const Ball corner = shrinkingBall(field, {0, 0, 0}, Vector3d(-1, -1, -1).normalized(), 0, stand_off);
+  const Ball corner = shrinkingBall(field, {0, 0, 0}, Vector3d(-1, -1, -1).normalized(), stand_off);
   EXPECT_NEAR(corner.radius, stand_off / (std::sqrt(3.0) - 1), 1e-3 * corner.radius);
   for (const Ball& ball : {edge, corner}) EXPECT_NEAR(ball.radius, -field.signedDistance(ball.centre), 1e-12);
 }

@@ -44,7 +44,7 @@ TEST(ResolveOverlaps, KeepsTheUnion) {
   RepairSoup soup = soupOf(all);
   Progress progress;
   RepairWork work(progress);
-  const Resolved resolved = resolveOverlaps(soup, kNoLimits, kNoGrid, 0, progress, work);
+  const Resolved resolved = resolveOverlaps(soup, kNoLimits, 0, 0, progress, work);
   EXPECT_GT(resolved.crossing_pairs, 20u);
   EXPECT_EQ(resolved.lost_area, 0);
   EXPECT_TRUE(checkMesh(soup.mesh).clean()) << checkMesh(soup.mesh).summary();
@@ -76,7 +76,7 @@ TEST(ResolveOverlaps, CutsCoplanarTrianglesAlike) {
   RepairSoup soup = soupOf(all);
   Progress progress;
   RepairWork work(progress);
-  resolveOverlaps(soup, kNoLimits, kNoGrid, 0, progress, work);
+  resolveOverlaps(soup, kNoLimits, 0, 0, progress, work);
   EXPECT_TRUE(findOpenEdges(soup.mesh).empty());
   EXPECT_NEAR(test::volumeOf(soup.mesh), 4, 1e-12);
   EXPECT_NEAR(test::areaOf(soup.mesh), 2 * (2 * 2 + 2 * 1 + 2 * 1), 1e-12);
@@ -90,12 +90,12 @@ TEST(ResolveOverlaps, TreatsInvertedSolidsAsSolidIfTooMuchWouldBeLost) {
   Progress progress;
   RepairWork work(progress);
   RepairSoup kept = soupOf(all);
-  const Resolved lost = resolveOverlaps(kept, kNoLimits, kNoGrid, 100, progress, work);
+  const Resolved lost = resolveOverlaps(kept, kNoLimits, 0, 100, progress, work);
   EXPECT_FALSE(lost.is_either_way);
   EXPECT_NEAR(lost.lost_area, 4 * 2 * 0.5 + 2 * 0.25, 1e-12);  // of the part that reaches out, and of the wall through which it passes
   EXPECT_NEAR(test::volumeOf(kept.mesh), 2 - 0.25, 1e-12);
   RepairSoup whole = soupOf(all);
-  const Resolved both = resolveOverlaps(whole, kNoLimits, kNoGrid, 1, progress, work);
+  const Resolved both = resolveOverlaps(whole, kNoLimits, 0, 1, progress, work);
   EXPECT_TRUE(both.is_either_way);
   EXPECT_EQ(both.lost_area, 0);
   EXPECT_NEAR(test::volumeOf(whole.mesh), 2 - 0.25 + 0.5, 1e-12);
@@ -106,10 +106,10 @@ TEST(ResolveOverlaps, StopsAtItsLimitsAndLeavesTheSoupAlone) {
   RepairSoup soup = soupOf(all);
   Progress progress;
   RepairWork work(progress);
-  EXPECT_TRUE(resolveOverlaps(soup, {3, 1000}, kNoGrid, 0, progress, work).is_stopped);
-  EXPECT_TRUE(resolveOverlaps(soup, {1000, 30}, kNoGrid, 0, progress, work).is_stopped);
+  EXPECT_TRUE(resolveOverlaps(soup, {3, 1000}, 0, 0, progress, work).is_stopped);
+  EXPECT_TRUE(resolveOverlaps(soup, {1000, 30}, 0, 0, progress, work).is_stopped);
   RepairWork little(progress, 100);
-  EXPECT_THROW(resolveOverlaps(soup, kNoLimits, kNoGrid, 0, progress, little), TooMuchWork);
+  EXPECT_THROW(resolveOverlaps(soup, kNoLimits, 0, 0, progress, little), TooMuchWork);
   EXPECT_EQ(soup.mesh.triangles, all.triangles);
 }
 

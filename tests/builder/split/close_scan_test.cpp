@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "mesh/crossing_triangles.h"
+#include "spheretree/builder/mesh_checks.h"
 #include "split/fill_scan.h"
 #include "support/field_surface.h"
 #include "support/mesh_measures.h"
@@ -20,7 +21,7 @@ using Eigen::Vector3d;
 
 double flatHeight(double, double) { return 0; }
 
-std::size_t crossingsOf(const TriangleMesh& mesh) { return findCrossingTriangles(mesh, kMaxSplitCrossings).pairs.size(); }
+std::size_t crossingsOf(const TriangleMesh& mesh) { return findCrossingTriangles(mesh, kMaxCrossingPairs).pairs.size(); }
 
 /// A sheet whose side x > 3 is curled up and back, to 172 degrees: its border hangs over the sheet.
 ScanSurface curledSheet() {

@@ -28,8 +28,8 @@ TEST(CrossingSearch, FindsThePairsOfTheWholeSearchThatAreNew) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const TriangleMesh mesh = randomTriangles(seed);
     const std::size_t old = 40 * seed;
-    for (const double cell : {0.05, 0.7, 100.0}) {
-      CrossingSearch search(mesh.positions, cell);
+    for (const double edge : {0.02, 0.2, 30.0}) {
+      CrossingSearch search(mesh.positions, edge);
       for (std::size_t t = 0; t < old; ++t) search.add(mesh.triangles[t]);
       auto expected = findCrossingTriangles(mesh, 1'000'000).pairs;
       std::erase_if(expected, [&](const auto& pair) { return pair.second < old; });

@@ -138,7 +138,7 @@ TEST(CutLabels, KeepsTheAreaAndOpensNoEdge) {
     const EdgeFaces faces(mesh);
     std::size_t open = 0;
     for (const Triangle& t : mesh.triangles)
-      for (std::size_t k = 0; k < 3; ++k) open += faces.face(t[(k + 1) % 3], t[k]) == EdgeFaces::kNone;
+      for (std::size_t k = 0; k < 3; ++k) open += faces.face(t[(k + 1) % 3], t[k]) == kNone;
     return open;
   };
   EXPECT_EQ(borders(surface.mesh), borders(scan.mesh));

@@ -8,6 +8,7 @@
 
 #include "mesh/crossing_triangles.h"
 #include "repair/fill_holes.h"
+#include "spheretree/builder/mesh_checks.h"
 #include "support/mesh_measures.h"
 #include "support/random.h"
 #include "support/shapes.h"
@@ -31,7 +32,7 @@ ScanSurface scanOf(TriangleMesh mesh, const IsLeftOut& isLeftOut) {
   return scan;
 }
 
-std::size_t crossings(const TriangleMesh& mesh) { return findCrossingTriangles(mesh, kMaxSplitCrossings).pairs.size(); }
+std::size_t crossings(const TriangleMesh& mesh) { return findCrossingTriangles(mesh, kMaxCrossingPairs).pairs.size(); }
 
 /// A square sheet z = 0 of 20 by 20 cells of 1 mm.
 TriangleMesh sheet() {

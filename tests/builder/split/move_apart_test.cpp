@@ -42,7 +42,7 @@ MovableSheet flatSheet(std::vector<Vector3d>& positions) {
 struct Obstacle {
   std::vector<Vector3d> positions;
   std::vector<Triangle> triangles;
-  CrossingSearch search{positions, 2};
+  CrossingSearch search{positions, 1};
 
   explicit Obstacle(const TriangleMesh& mesh) : positions(mesh.positions), triangles(mesh.triangles) {
     for (const Triangle& t : triangles) search.add(t);

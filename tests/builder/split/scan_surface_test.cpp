@@ -48,7 +48,7 @@ TEST(EdgeFaces, FindsTheTriangleOfEachDirectedEdge) {
   for (std::uint32_t a = 0; a < mesh.positions.size(); ++a)
     for (std::uint32_t b = 0; b < mesh.positions.size(); ++b) {
       const auto found = wanted.find({a, b});
-      ASSERT_EQ(faces.face(a, b), found == wanted.end() ? EdgeFaces::kNone : found->second);
+      ASSERT_EQ(faces.face(a, b), found == wanted.end() ? kNone : found->second);
     }
 }
 

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "mesh/crossing_triangles.h"
+#include "spheretree/builder/mesh_checks.h"
 #include "support/shapes.h"
 
 namespace spheretree::builder {
@@ -38,7 +39,7 @@ ScanSurface noisyDome(unsigned seed) {
   return scanOf(std::move(mesh));
 }
 
-std::size_t crossings(const ScanSurface& scan) { return findCrossingTriangles(scan.mesh, kMaxSplitCrossings).pairs.size(); }
+std::size_t crossings(const ScanSurface& scan) { return findCrossingTriangles(scan.mesh, kMaxCrossingPairs).pairs.size(); }
 
 TEST(UntangleScan, LeavesASurfaceThatDoesNotCrossItselfAlone) {
   ScanSurface scan = scanOf(test::sphereMesh(kRadius, 3));

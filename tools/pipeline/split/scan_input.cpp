@@ -34,7 +34,7 @@ Labels toVertices(const MeshFile& file, const Labels& of_file, ScanInput& out) {
   std::size_t clashes = 0;
   for (std::size_t i = 0; i < of_file.size(); ++i) {
     const std::uint32_t v = file.vertex_of_file[i];
-    if (v == kNoVertex) continue;
+    if (v == kNone) continue;
     if (labels[v] < 0) labels[v] = of_file[i];
     clashes += labels[v] != of_file[i];
   }

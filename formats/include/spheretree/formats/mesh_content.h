@@ -15,7 +15,7 @@ namespace spheretree::formats {
 struct MeshFile {
   TriangleMesh mesh;  // [mm]; at least one triangle, every coordinate finite
   std::vector<std::uint32_t>
-      vertex_of_file;  // vertex of `mesh` for each vertex of the file, in its order; kNoVertex (core/mesh_edit.h) if no face uses it
+      vertex_of_file;  // vertex of `mesh` for each vertex of the file, in its order; kNone (core/mesh_edit.h) if no face uses it
   std::vector<std::uint32_t> face_of_triangle;  // of `mesh`: index of the face of the file from which it was cut
   std::vector<std::array<std::uint8_t, 3>>
       colours;                     // of each triangle: red, green, blue (sRGB); empty unless materials (glTF) give several

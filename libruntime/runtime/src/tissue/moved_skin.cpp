@@ -23,13 +23,13 @@ void invert(const std::vector<std::uint32_t>& begin, const std::vector<std::uint
             std::vector<std::uint32_t>& out_begin, std::vector<std::uint32_t>& out) {
   out_begin.assign(count + 1, 0);
   for (const std::uint32_t m : members)
-    if (m != kHeldNode) ++out_begin[m + 1];
+    if (m != kNone) ++out_begin[m + 1];
   for (std::size_t i = 0; i < count; ++i) out_begin[i + 1] += out_begin[i];
   out.resize(out_begin.back());
   std::vector<std::uint32_t> next = out_begin;
   for (std::uint32_t list = 0; list + 1 < begin.size(); ++list)
     for (std::uint32_t i = begin[list]; i < begin[list + 1]; ++i)
-      if (members[i] != kHeldNode) out[next[members[i]]++] = list;
+      if (members[i] != kNone) out[next[members[i]]++] = list;
 }
 
 // The largest value of MovedSkin::bulgeOf(), however the tissue is bent.
@@ -145,8 +145,8 @@ MovedSkin::Turn MovedSkin::bendNode(const SoftModel::Node& model, Bent& out) {
   for (std::size_t k = 0; k < 3; ++k) {
     const float weight = model.point.weight[k];
     const std::uint32_t node = model.point.node[k];
-    node_normal += weight * (node == kHeldNode ? model.rest.normal : fanNormal(model.fans[k]));
-    if (node != kHeldNode) out.moved += weight * (node_places_[node] - model_.node_places[node]);
+    node_normal += weight * (node == kNone ? model.rest.normal : fanNormal(model.fans[k]));
+    if (node != kNone) out.moved += weight * (node_places_[node] - model_.node_places[node]);
   }
   const Turn turn(model.normal, node_normal);
   out.normal = turn(model.rest.normal);
@@ -168,7 +168,7 @@ float MovedSkin::bulgeOf(const SoftModel::Node& v) const {
     const std::size_t next = (k + 1) % 3;
     const std::uint32_t a = v.point.node[k], b = v.point.node[next];
     const float both = 4 * v.point.weight[k] * v.point.weight[next];
-    if (a == kHeldNode || b == kHeldNode || !(both > 0)) continue;
+    if (a == kNone || b == kNone || !(both > 0)) continue;
     const float largest = kMaxBend * v.sides[k].length,
                 bend = bendOf(node_places_[b] - node_places_[a], fans_[v.fans[k]].normal, fans_[v.fans[next]].normal) - v.sides[k].bend;
     sum += both * std::clamp(bend, -largest, largest);
@@ -283,7 +283,7 @@ void MovedSkin::shiftBlock(std::size_t b) {
   Eigen::Array3f low = Eigen::Array3f::Constant(std::numeric_limits<float>::infinity()), high = -low;
   for (std::uint32_t i = block_begin_[b]; i < block_begin_[b + 1]; ++i) {
     Eigen::Array3f u = Eigen::Array3f::Zero();
-    if (nodes_of_[i] != kHeldNode) u = Eigen::Map<const Eigen::Array3f>(put_shift_.data() + 3 * std::size_t{nodes_of_[i]});
+    if (nodes_of_[i] != kNone) u = Eigen::Map<const Eigen::Array3f>(put_shift_.data() + 3 * std::size_t{nodes_of_[i]});
     low = low.min(u), high = high.max(u);
   }
   const Eigen::Array3f middle = 0.5f * (low + high);

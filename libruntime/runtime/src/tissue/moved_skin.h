@@ -102,7 +102,7 @@ class MovedSkin {
 
   std::vector<std::uint32_t> parents_;  // (block) slot of the node whose children it contains
   std::vector<std::uint32_t> block_begin_,
-      nodes_of_;  // (block + 1) index into nodes_of_: the nodes that move its triangles, possibly including kHeldNode
+      nodes_of_;  // (block + 1) index into nodes_of_: the nodes that move its triangles, possibly including kNone
   std::vector<std::uint32_t> node_begin_, blocks_of_;  // (pressed node + 1) index into blocks_of_: the blocks that it moves
   std::vector<float> put_shift_;                       // (pressed node) x, y, z: displacement at the last update of the balls
   std::vector<char> block_marked_;

@@ -24,7 +24,7 @@ float maxGiveOf(const Tissue& tissue, const PressPoint& point) {
   Vector3d at = Vector3d::Zero();
   double held = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    if (point.node[k] == kHeldNode)
+    if (point.node[k] == kNone)
       held += static_cast<double>(point.weight[k]);
     else
       at += static_cast<double>(point.weight[k]) * vectorOf(tissue.nodes[tissue.response.pressed[point.node[k]]]);
@@ -38,7 +38,7 @@ float maxGiveOf(const Tissue& tissue, const PressPoint& point) {
 
 void addFaces(const Tissue& tissue, SoftModel& out) {
   const std::vector<std::uint32_t>& pressed = tissue.response.pressed;
-  std::vector<std::uint32_t> index(tissue.nodes.size(), kHeldNode);
+  std::vector<std::uint32_t> index(tissue.nodes.size(), kNone);
   const auto add = [&](std::uint32_t node) {
     index[node] = static_cast<std::uint32_t>(out.node_places.size());
     out.node_places.push_back(vectorOf(tissue.nodes[node]).cast<float>());
@@ -46,7 +46,7 @@ void addFaces(const Tissue& tissue, SoftModel& out) {
   for (const std::uint32_t node : pressed) add(node);
   for (const std::array<std::uint32_t, 3>& corners : outerFaces(tissue)) {
     for (const std::uint32_t node : corners)
-      if (index[node] == kHeldNode) add(node);
+      if (index[node] == kNone) add(node);
     out.faces.push_back({index[corners[0]], index[corners[1]], index[corners[2]]});
   }
 }
@@ -108,17 +108,17 @@ void chooseFans(SoftModel& out) {
     const Vector3f& own = vertex.rest.normal;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t node = vertex.point.node[k];
-      vertex.fans[k] = kHeldNode;
-      if (node != kHeldNode) {
+      vertex.fans[k] = kNone;
+      if (node != kNone) {
         vertex.fans[k] = first[node];
         for (std::uint32_t fan = first[node]; fan < first[node + 1]; ++fan)
           if (dotOf(out.fans[fan].normal, own) > dotOf(out.fans[vertex.fans[k]].normal, own)) vertex.fans[k] = fan;
       }
-      vertex.normal += vertex.point.weight[k] * (node == kHeldNode ? own : out.fans[vertex.fans[k]].normal);
+      vertex.normal += vertex.point.weight[k] * (node == kNone ? own : out.fans[vertex.fans[k]].normal);
     }
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t from = vertex.fans[k], to = vertex.fans[(k + 1) % 3];
-      if (from == kHeldNode || to == kHeldNode) continue;
+      if (from == kNone || to == kNone) continue;
       const Vector3f chord = out.node_places[out.fans[to].node] - out.node_places[out.fans[from].node];
       vertex.sides[k] = {lengthOf(chord), bendOf(chord, out.fans[from].normal, out.fans[to].normal)};
     }
@@ -131,8 +131,8 @@ void chooseFans(SoftModel& out) {
 bool placeOf(const PressPoint& point, const SoftModel& model, Vector3f& out) {
   out.setZero();
   for (std::size_t k = 0; k < 3; ++k) {
-    if (point.node[k] == kHeldNode && point.weight[k] > 0) return false;
-    if (point.node[k] != kHeldNode) out += point.weight[k] * model.node_places[point.node[k]];
+    if (point.node[k] == kNone && point.weight[k] > 0) return false;
+    if (point.node[k] != kNone) out += point.weight[k] * model.node_places[point.node[k]];
   }
   return true;
 }

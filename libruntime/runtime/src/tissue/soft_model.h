@@ -25,7 +25,7 @@ struct SoftModel : TissueModel {
   struct Node {
     PressPoint point;                   // with which it moves
     SkinNode rest;                      // as in SkinNodes
-    std::array<std::uint32_t, 3> fans;  // at each of its nodes; kHeldNode if the node is held
+    std::array<std::uint32_t, 3> fans;  // at each of its nodes; kNone if the node is held
     std::array<Side, 3> sides;          // of its face, from each of its nodes to the next
     Eigen::Vector3f normal{0, 0, 0};    // the mean normal of its fans; its own normal if nodes are held
   };

@@ -116,7 +116,7 @@ SoftSurface::Press SoftSurface::pressOn(const SkinPoint& point) const {
     const PressPoint& vertex = model_.vertices[corners_[point.triangle][k]].point;
     for (std::size_t i = 0; i < 3; ++i) {
       const double weight = point.weight[k] * static_cast<double>(vertex.weight[i]);
-      if (vertex.node[i] == kHeldNode || !(weight > 0)) continue;
+      if (vertex.node[i] == kNone || !(weight > 0)) continue;
       std::size_t at = 0;
       while (at < out.count && out.node[at] != vertex.node[i]) ++at;
       if (at == out.count) {
@@ -143,7 +143,7 @@ void SoftSurface::addNear(std::uint32_t triangle) {
     is_near_[v] = 1;
     near_vertices_.push_back(v);
     for (const std::uint32_t node : model_.vertices[v].point.node) {
-      if (node == kHeldNode || near_at_[node] != ~0u) continue;
+      if (node == kNone || near_at_[node] != ~0u) continue;
       near_at_[node] = static_cast<std::uint32_t>(near_.size());
       near_.push_back(node);
     }
@@ -177,7 +177,7 @@ void SoftSurface::predict(std::span<const double> near) {
     const PressPoint& point = model_.vertices[v].point;
     Vector3d sum = Vector3d::Zero();
     for (std::size_t k = 0; k < 3; ++k)
-      if (point.node[k] != kHeldNode)
+      if (point.node[k] != kNone)
         sum += static_cast<double>(point.weight[k]) * Vector3d(near.data() + 3 * std::size_t{near_at_[point.node[k]]});
     predicted_[v] = sum.cast<float>();
   }

@@ -3,21 +3,19 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <vector>
 
+#include "spheretree/core/none.h"
 #include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree {
-
-inline constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
 
 /// Removes the vertices that no triangle uses; the others keep their order. All vertex indices must be in range.
 void dropUnusedVertices(TriangleMesh& mesh);
 
 /// Merges vertices at exactly equal positions into the first of them, and removes the vertices that no triangle uses;
 /// the others keep their order. All vertex indices must be in range. Returns the new index of each old vertex, or
-/// kNoVertex if no triangle used it. Cost: O(size of the mesh), and 12 bytes of temporary memory for each vertex.
+/// kNone if no triangle used it. Cost: O(size of the mesh), and 12 bytes of temporary memory for each vertex.
 std::vector<std::uint32_t> weldEqualVertices(TriangleMesh& mesh);
 
 /// The triangles of `mesh`, then those of `more`, each with its own vertices. The result has no parts.

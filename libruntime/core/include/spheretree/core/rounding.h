@@ -9,6 +9,10 @@
 
 namespace spheretree {
 
+/// A share of the largest number or length in a calculation that is above the rounding errors of a distance, or of a
+/// sum of some dozens of products: these are at most 1e-13 of it.
+inline constexpr double kRounding = 1e-12;
+
 /// The float nearest to `x`. The compiler cannot see what the empty statement does to it, and therefore keeps the
 /// rounding: GCC 12 drops that of two neighbouring numbers if they are widened again (docs/architecture.md).
 inline float roundToFloat(double x) {

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "spheretree/core/hulls.h"
+#include "spheretree/core/none.h"
 #include "spheretree/core/search_tree.h"
 #include "spheretree/core/skin.h"
 #include "spheretree/core/sphere.h"
@@ -25,8 +26,7 @@ namespace spheretree {
 inline constexpr int kMinLevels = 2, kMaxLevels = 6;        // the root is level 0
 inline constexpr int kMinBranching = 2, kMaxBranching = 8;  // children of an inner node
 inline constexpr std::uint32_t kMaxNodes = 37449;           // a full tree of 6 levels and branching 8
-inline constexpr std::uint32_t kNoBound = 0xffffffffu;
-inline constexpr float kUnproven = -1;  // in place of an overhang bound
+inline constexpr float kUnproven = -1;                      // in place of an overhang bound
 
 using Hash128 = std::array<std::uint8_t, 16>;
 
@@ -67,7 +67,7 @@ struct SphereTree {
   std::array<double, 3> origin_mm{};        // add to a centre to get the frame of the mesh
   std::vector<Sphere> cover;                // (node_count)
   std::vector<Sphere> bound;                // (inner_count), in the order of the inner nodes
-  std::vector<std::uint32_t> bound_index;   // (node_count) index into `bound`; kNoBound for a leaf
+  std::vector<std::uint32_t> bound_index;   // (node_count) index into `bound`; kNone for a leaf
   std::vector<std::uint32_t> first_child;   // (node_count) > own index; 0 for a leaf
   std::vector<std::uint8_t> child_count;    // (node_count) 0 for a leaf
   std::vector<std::uint32_t> level_begin;   // (level_count + 1) first node of each level, then node_count

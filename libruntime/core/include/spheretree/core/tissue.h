@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "spheretree/core/none.h"
 #include "spheretree/core/sphere_tree.h"
 
 namespace spheretree {
@@ -30,6 +31,9 @@ inline constexpr double kMinYoungKpa = 0.1,
 inline constexpr double kMaxPoisson = 0.495;  // nearer to 0.5 the stiffness matrix is so ill-conditioned that the result loses its digits
 inline constexpr double kMinDensity = 100, kMaxDensity = 5000;  // [kg/m^3]
 inline constexpr std::uint32_t kMaxTissueNodes = 1u << 20;
+
+/// The faces of a tetrahedron of positive volume, opposite each corner, counter-clockwise seen from outside.
+inline constexpr std::array<std::array<std::size_t, 3>, 4> kTetrahedronFaces{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
 
 /// Tetrahedra as they come from a mesher or a file, not yet checked. Frame of the mesh [mm].
 struct TetrahedronList {
@@ -82,16 +86,15 @@ struct TissueLeaves {
 };
 
 /// A point of a triangle of the tetrahedra's outer surface.
-inline constexpr std::uint32_t kHeldNode = 0xffffffff;  // a node that does not move
 struct PressPoint {
-  std::array<std::uint32_t, 3> node;  // indices into TissueResponse::pressed, or kHeldNode
+  std::array<std::uint32_t, 3> node;  // indices into TissueResponse::pressed, or kNone
   std::array<float, 3> weight;        // >= 0; they add up to 1
 
   /// The displacement of the point when the pressed nodes move by `nodes` (x, y, z of each).
   Eigen::Vector3d displacementIn(std::span<const float> nodes) const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
-      if (node[k] == kHeldNode) continue;
+      if (node[k] == kNone) continue;
       const float* const u = nodes.data() + 3 * std::size_t{node[k]};
       sum += static_cast<double>(weight[k]) * Eigen::Vector3d(u[0], u[1], u[2]);
     }
