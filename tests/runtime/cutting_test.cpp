@@ -309,6 +309,17 @@ TEST(Cutting, ALeafThatReachesIntoTheShankIsOfTheBurr) {
   EXPECT_LT((drillDown(other, at, 1.2) - drillDown(rig, at, 1.2)).norm(), 1e-6);
 }
 
+TEST(Cutting, ALeafThatHoldsTheBurrAndItsShankIsRefused) {
+  SceneDescription d = drill({8, {}, 0});
+  std::vector<Sphere> balls{ball(0, 0, 0.5, 1.1)};
+  for (int k = 3; k < 8; ++k) balls.push_back(ball(0, 0, 0.5 + 0.25 * k, 0.3));
+  d.tool = test::treeOfBalls(balls);
+  Scene scene;
+  std::string fault;
+  EXPECT_FALSE(compileScene(d, scene, fault));
+  EXPECT_NE(fault.find("holds ball 0 of the burr"), std::string::npos) << fault;
+}
+
 // An edge between two triangles of the surface passes a little inside the hole: the triangle beyond it has its nearest
 // point where material was removed.
 TEST(Cutting, ARestingBurrIsNotCaughtByWhatItRemoved) {

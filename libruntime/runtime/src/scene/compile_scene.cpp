@@ -257,6 +257,18 @@ void addBurr(const SceneDescription& d, CompiledScene& out) {
   for (std::uint32_t slot = out.burr_slot; slot < tool.spheres.size(); ++slot) out.wall_slots.push_back(slot);
 }
 
+// A burr within a leaf that is also one of the shank would never touch anything.
+std::string faultInBurrLeaves(const CompiledScene& scene) {
+  for (const std::uint32_t slot : scene.wall_slots)
+    for (std::size_t i = 0; i < scene.burr.size() && slot < scene.burr_slot; ++i) {
+      const Sphere &leaf = scene.tool.spheres[slot], &ball = scene.burr[i];
+      if ((centreOf(leaf) - centreOf(ball)).norm() + double{ball.radius} <= double{leaf.radius})
+        return "a leaf of the tool holds ball " + std::to_string(i) +
+               " of the burr and some of what does not cut; build the tool's tree with more leaves or a smaller tolerance";
+    }
+  return {};
+}
+
 // A ball is kept from leaves at the sum of two radii, and from a skin at its own radius minus the allowance, but at
 // least at half of its radius.
 double minContact(const CompiledScene& scene) {
@@ -316,6 +328,8 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
     fault = faultInBurrPlace(d, *out);
     if (!fault.empty()) return false;
     addBurr(d, *out);
+    fault = faultInBurrLeaves(*out);
+    if (!fault.empty()) return false;
   }
   scene = Scene(std::move(out));
   return true;
