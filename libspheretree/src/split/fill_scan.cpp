@@ -23,6 +23,8 @@ namespace {
 using Loop = std::vector<std::uint32_t>;
 using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
+constexpr int kMaxWidened = 20;  // rounds of widening holes whose filling crosses something
+
 /// Every border loop except the outer one.
 std::vector<Loop> loopsToFill(const TriangleMesh& mesh) {
   const Loop outer = findOuterLoop(mesh);
@@ -225,7 +227,7 @@ std::size_t fillScanHoles(ScanSurface& s) {
   for (int round = 0;; ++round) {
     const std::size_t scanned = s.mesh.triangles.size(), points = s.mesh.positions.size();
     const std::vector<Loop> loops = loopsToFill(s.mesh);
-    const std::vector<char> is_dropped = Filling(s).run(loops, round > 0, round == kMaxRounds);
+    const std::vector<char> is_dropped = Filling(s).run(loops, round > 0, round == kMaxWidened);
     if (is_dropped.empty()) return loops.size();
     s.mesh.positions.resize(points);
     s.vertex_region.resize(points);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/surface_samples.h"
 #include "support/dense_points.h"
 #include "support/shapes.h"
 
