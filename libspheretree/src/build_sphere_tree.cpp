@@ -129,7 +129,7 @@ double minTolerance(const SphereTree& tree, const CertificationTarget& target) {
 
 // The tolerance of the skin does not depend on the overhang of the leaves, since the tool rests on the skin.
 // A file holds a skin within 1e7 mm of its origin (skin.h); patches that swing out of the box need some of that.
-void addSkin(const TriangleMesh& mesh, const SurfaceWithSheets& surface, const BuildSettings& settings, MeshSimplifier* simplifier,
+void addSkin(const TriangleMesh& mesh, const SurfaceWithSheets& surface, const BuildSettings& settings, const SimplifiedInput& search,
              SphereTree& tree, std::vector<std::string>& notes, Progress& progress) {
   if (!settings.skin) return;
   const Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
@@ -147,7 +147,8 @@ void addSkin(const TriangleMesh& mesh, const SurfaceWithSheets& surface, const B
   std::vector<double> graded = settings.tolerance_of_triangle_mm;
   for (double& tolerance : graded) tolerance += skin.tolerance - settings.tolerance_mm;
   skin.tolerance_of_triangle = graded;
-  tree.skin = buildSkin(mesh, surface.sheets, surface.field, origin, skin, progress, simplifier);
+  tree.skin =
+      buildSkin(mesh, surface.sheets, surface.field, origin, skin, progress, search.simplifier.get(), search.simplifier_distance_mm);
 }
 
 // The search tree over the leaves, for traversals that go down to them.
@@ -228,7 +229,7 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   clock.finish("hierarchy");
 
   progress.stage("skin");
-  addSkin(mesh, surface, settings, search.simplifier.get(), tree, statistics.notes, progress);
+  addSkin(mesh, surface, settings, search, tree, statistics.notes, progress);
   clock.finish("skin");
   if (settings.hulls) {
     progress.stage("hulls");

@@ -50,6 +50,7 @@ bool simplify(SimplifiedInput& search, const TriangleMesh& mesh, std::span<const
   progress.check();
   DistanceField field(simplified);
   const double bound = search.pose.scale * (distanceBound(search.mesh, field, progress) + kPoseRounding);
+  search.simplifier_distance_mm = bound + search.pose.scale * kPoseRounding;  // its vertices are not those of the pose
   if (settings.tolerance_mm > 0 && 2 * bound > kMaxOfTolerance * settings.tolerance_mm) return false;
   search.simplified_triangles = simplified.triangles.size();
   search.distance_bound_mm = bound;

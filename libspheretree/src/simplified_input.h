@@ -21,8 +21,9 @@ struct SimplifiedInput {
   DistanceField field;  // of solid, sheets and, for tissue, an inner sheet; with the slack of a graded tree
   std::size_t simplified_triangles = 0;  // triangles of the simplified solid; 0: the search runs on the original mesh
   std::unique_ptr<MeshSimplifier>
-      simplifier;                // of the solid, in the frame of the mesh [mm], to go on from there; none if it was not simplified
-  double distance_bound_mm = 0;  // proven: no point of the original mesh is farther than this from the simplified surface [mm]
+      simplifier;  // of the solid, in the frame of the mesh [mm], to go on from there; none if it was not simplified
+  double simplifier_distance_mm = kInfinity;  // proven: no point of the solid is farther than this from the surface of the simplifier [mm]
+  double distance_bound_mm = 0;               // proven: no point of the original mesh is farther than this from the simplified surface [mm]
 };
 
 /// Made from the solid that `mesh` bounds, from `cover_too`, and from the `sheets` among it (surface_with_sheets.h).

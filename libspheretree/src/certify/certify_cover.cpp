@@ -189,6 +189,32 @@ ChunkCover coverChunk(const TriangleMesh& mesh, std::size_t first, std::size_t l
   return out;
 }
 
+// For each ball, the triangles that may reach into it.
+std::vector<std::vector<std::uint32_t>> trianglesAt(const TriangleMesh& mesh, std::span<const Ball> balls, const Vector3d& origin,
+                                                    Progress& progress) {
+  std::vector<std::vector<std::uint32_t>> at(balls.size());
+  if (balls.empty()) return at;
+  const BallIndex index(balls);
+  const std::size_t triangles = mesh.triangles.size();
+  std::vector<std::vector<std::array<std::uint32_t, 2>>> chunks((triangles + kTrianglesAChunk - 1) / kTrianglesAChunk);
+  tbb::parallel_for(std::size_t{0}, chunks.size(), [&](std::size_t chunk) {
+    progress.check();
+    for (std::size_t t = chunk * kTrianglesAChunk; t < std::min(triangles, (chunk + 1) * kTrianglesAChunk); ++t) {
+      const Piece piece = pieceOf(mesh, t, origin);
+      const Vector3d middle = centroidOf(piece);
+      const double extent = radiusAbout(piece, middle);
+      index.tree.searchWithin(middle, extent * extent * (1 + 1e-12), [&](std::size_t first, std::size_t count) {
+        for (std::size_t s = first; s < first + count; ++s)
+          if ((middle - index.balls[s].centre).norm() <= (index.balls[s].radius + extent) * (1 + 1e-12))
+            chunks[chunk].push_back({index.original(static_cast<std::uint32_t>(s)), static_cast<std::uint32_t>(t)});
+      });
+    }
+  });
+  for (const auto& chunk : chunks)
+    for (const auto& [ball, triangle] : chunk) at[ball].push_back(triangle);
+  return at;
+}
+
 }  // namespace
 
 CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> balls, const Vector3d& origin, double resolution,
@@ -233,10 +259,9 @@ std::vector<char> provenRedundant(const TriangleMesh& mesh, std::span<const Sphe
   const BallIndex index(stored, -margin);
   std::vector<std::uint32_t> slot(stored.size());
   for (std::uint32_t s = 0; s < slot.size(); ++s) slot[index.original(s)] = s;
-  std::vector<Eigen::AlignedBox3d> boxes(mesh.triangles.size());
-  for (std::size_t t = 0; t < boxes.size(); ++t)
-    for (const Vector3d& corner : pieceOf(mesh, t, origin).corner) boxes[t].extend(corner);
-  const BoxTree triangles(boxes, 4);
+  std::vector<Ball> balls;
+  for (const std::uint32_t candidate : candidates) balls.push_back(stored[candidate]);
+  const std::vector<std::vector<std::uint32_t>> near = trianglesAt(mesh, balls, origin, progress);
 
   std::vector<char> absent(stored.size(), 0), redundant(stored.size(), 0);
   PowerCells cells(index, &absent);
@@ -259,15 +284,12 @@ std::vector<char> provenRedundant(const TriangleMesh& mesh, std::span<const Sphe
     }
     return true;
   };
-  for (const std::uint32_t candidate : candidates) {
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
     progress.check();
+    const std::uint32_t candidate = candidates[i];
     absent[slot[candidate]] = 1;
-    bool covered = true;
-    const Ball& ball = stored[candidate];
-    triangles.searchWithin(ball.centre, ball.radius * ball.radius * (1 + 1e-12), [&](std::size_t first, std::size_t count) {
-      for (std::size_t k = first; covered && k < first + count; ++k)
-        covered = staysCovered(pieceOf(mesh, triangles.order()[k], origin), ball);
-    });
+    const bool covered =
+        std::ranges::all_of(near[i], [&](std::uint32_t t) { return staysCovered(pieceOf(mesh, t, origin), stored[candidate]); });
     absent[slot[candidate]] = redundant[candidate] = covered;
   }
   return redundant;

@@ -56,6 +56,7 @@ class BoxTree::Builder {
   struct Cut {  // items whose centre is in bin `bin` or below along `axis` go to the left
     int axis = -1, bin = 0;
     double cost = std::numeric_limits<double>::infinity();
+    Eigen::AlignedBox3d left, right;  // around the items
   };
 
   Range rangeOf(std::size_t first, std::size_t last) const {
@@ -79,12 +80,12 @@ class BoxTree::Builder {
       ++bin_count[b];
     }
     std::array<double, kBins> right_cost{};
-    Eigen::AlignedBox3d right;
+    std::array<Eigen::AlignedBox3d, kBins> right;
     std::size_t right_count = 0;
     for (std::size_t b = kBins; b-- > 1;) {
-      right.extend(bin_box[b]);
+      right[b] = b + 1 < kBins ? right[b + 1].merged(bin_box[b]) : bin_box[b];
       right_count += bin_count[b];
-      right_cost[b] = halfArea(right) * static_cast<double>(right_count);
+      right_cost[b] = halfArea(right[b]) * static_cast<double>(right_count);
     }
     Eigen::AlignedBox3d left;
     std::size_t left_count = 0;
@@ -93,7 +94,7 @@ class BoxTree::Builder {
       left_count += bin_count[b];
       if (left_count == 0 || left_count == range.size()) continue;
       const double cost = halfArea(left) * static_cast<double>(left_count) + right_cost[b + 1];
-      if (cost < best.cost) best = {axis, static_cast<int>(b), cost};
+      if (cost < best.cost) best = {axis, static_cast<int>(b), cost, left, right[b + 1]};
     }
     return best;
   }
@@ -114,20 +115,21 @@ class BoxTree::Builder {
     }
     const auto begin = order_.begin() + static_cast<std::ptrdiff_t>(range.first);
     const auto end = order_.begin() + static_cast<std::ptrdiff_t>(range.last);
-    std::size_t middle = range.first + range.size() / 2;
     if (cut.axis >= 0) {
       const double low = centres.min()[cut.axis], width = centres.max()[cut.axis] - low;
       const auto at =
           std::stable_partition(begin, end, [&](std::uint32_t i) { return binOf(centre_[i][cut.axis], low, width) <= cut.bin; });
-      middle = static_cast<std::size_t>(at - order_.begin());
-    } else {  // few items, too deep, or all centres equal: halves, so that the depth stays bounded
-      int axis = 0;
-      centres.sizes().maxCoeff(&axis);
-      std::nth_element(begin, order_.begin() + static_cast<std::ptrdiff_t>(middle), end, [&](std::uint32_t a, std::uint32_t b) {
-        const double ca = centre_[a][axis], cb = centre_[b][axis];
-        return ca != cb ? ca < cb : a < b;
-      });
+      const auto middle = static_cast<std::size_t>(at - order_.begin());
+      return {Range{range.first, middle, cut.left}, Range{middle, range.last, cut.right}};
     }
+    // Few items, too deep, or all centres equal: halves, so that the depth stays bounded.
+    const std::size_t middle = range.first + range.size() / 2;
+    int axis = 0;
+    centres.sizes().maxCoeff(&axis);
+    std::nth_element(begin, order_.begin() + static_cast<std::ptrdiff_t>(middle), end, [&](std::uint32_t a, std::uint32_t b) {
+      const double ca = centre_[a][axis], cb = centre_[b][axis];
+      return ca != cb ? ca < cb : a < b;
+    });
     return {rangeOf(range.first, middle), rangeOf(middle, range.last)};
   }
 

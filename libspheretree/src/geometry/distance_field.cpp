@@ -109,24 +109,23 @@ void DistanceField::placeFaces(const TriangleMesh& mesh, std::span<const double>
   tree_ = BoxTree(boxes);
 
   boxes = {};
-  faces_.resize(n);
+  corners_.resize(n);
+  normal_.resize(n);
   slot_.resize(n);
-  std::vector<std::array<Vector3d, 3>> in_order(n);
+  if (has_slack_) slack_.resize(n);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n), [&](const auto& range) {
     for (std::size_t s = range.begin(); s < range.end(); ++s) {
       const std::uint32_t t = tree_.order()[s];
       slot_[t] = static_cast<std::uint32_t>(s);
-      Face& f = faces_[s];
-      f.a = corner(t, 0), f.b = corner(t, 1), f.c = corner(t, 2);
-      f.triangle = t;
-      if (has_slack_ && t < solid_) f.slack = slack[t];
-      const Vector3d cross = (f.b - f.a).cross(f.c - f.a);
+      corners_[s] = {corner(t, 0), corner(t, 1), corner(t, 2)};
+      if (has_slack_ && t < solid_) slack_[s] = slack[t];
+      const auto& [a, b, c] = corners_[s];
+      const Vector3d cross = (b - a).cross(c - a);
       const double length = cross.norm();
-      f.normal = length > 0 ? Vector3d(cross / length) : Vector3d::Zero();
-      in_order[s] = {f.a, f.b, f.c};
+      normal_[t] = length > 0 ? Vector3d(cross / length) : Vector3d::Zero();
     }
   });
-  tree_.addTriangles(in_order);
+  tree_.addTriangles(corners_);
 }
 
 void DistanceField::findPseudonormals(const TriangleMesh& mesh) {
@@ -146,11 +145,11 @@ void DistanceField::findPseudonormals(const TriangleMesh& mesh) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, weld.size()), [&](const auto& range) {
     for (std::size_t v = range.begin(); v < range.end(); ++v) {
       for (std::uint32_t i = first_around_[v]; i < first_around_[v + 1]; ++i) {
-        const Face& f = faces_[slot_[around_[i] / 3]];
-        const std::array<Vector3d, 3> p{f.a, f.b, f.c};
+        const std::uint32_t t = around_[i] / 3;
+        const std::array<Vector3d, 3>& p = corners(t);
         const std::size_t k = around_[i] % 3;
         const Vector3d e1 = p[(k + 1) % 3] - p[k], e2 = p[(k + 2) % 3] - p[k];
-        at_vertex_[v] += std::atan2(e1.cross(e2).norm(), e1.dot(e2)) * f.normal;
+        at_vertex_[v] += std::atan2(e1.cross(e2).norm(), e1.dot(e2)) * normal_[t];
       }
       at_vertex_[v].normalize();
     }
@@ -190,14 +189,14 @@ NearestPoint DistanceField::search(const Vector3d& p, double limit) const {
   double limit2 = limit * limit;
   const std::size_t met = tree_.searchNearest(p, limit2, [&](std::size_t first, std::size_t count) {
     for (std::size_t s = first; s < first + count; ++s) {
-      const Face& f = faces_[s];
-      if (!with_sheets && f.triangle >= solid_) continue;
-      NearestPoint q = nearestOnTriangle(p, f.a, f.b, f.c);
-      if constexpr (with_slack) q.slack = f.slack, q.distance += f.slack;
-      if (!(q.distance < limit) && !(q.distance == best.distance && f.triangle < best.triangle)) continue;
-      if (q.distance > best.distance || (q.distance == best.distance && f.triangle >= best.triangle)) continue;
+      const std::uint32_t triangle = tree_.order()[s];
+      if (!with_sheets && triangle >= solid_) continue;
+      NearestPoint q = nearestOnTriangle(p, corners_[s][0], corners_[s][1], corners_[s][2]);
+      if constexpr (with_slack) q.slack = slack_[s], q.distance += slack_[s];
+      if (!(q.distance < limit) && !(q.distance == best.distance && triangle < best.triangle)) continue;
+      if (q.distance > best.distance || (q.distance == best.distance && triangle >= best.triangle)) continue;
       best = q;
-      best.triangle = f.triangle;
+      best.triangle = triangle;
       limit = best.distance;
       // A few units in the last place above, so that a triangle at exactly this distance is still found, and ties do
       // not depend on the order.

@@ -53,7 +53,7 @@ class DistanceField {
   template <class Visit>
   void visitNear(const Eigen::Vector3d& p, double radius, Visit&& visit) const {
     tree_.searchWithin(p, radius * radius, [&](std::size_t first, std::size_t count) {
-      for (std::size_t slot = first; slot < first + count; ++slot) visit(faces_[slot].triangle);
+      for (std::size_t slot = first; slot < first + count; ++slot) visit(tree_.order()[slot]);
     });
   }
   /// Distance to the surface, negative inside the solid [mm].
@@ -63,11 +63,8 @@ class DistanceField {
   bool isInside(const Eigen::Vector3d& p, const NearestPoint& nearest) const;
 
   /// Unit normal of a triangle; zero for a degenerate one.
-  const Eigen::Vector3d& normal(std::uint32_t triangle) const { return faces_[slot_[triangle]].normal; }
-  std::array<Eigen::Vector3d, 3> corners(std::uint32_t triangle) const {
-    const Face& f = faces_[slot_[triangle]];
-    return {f.a, f.b, f.c};
-  }
+  const Eigen::Vector3d& normal(std::uint32_t triangle) const { return normal_[triangle]; }
+  const std::array<Eigen::Vector3d, 3>& corners(std::uint32_t triangle) const { return corners_[slot_[triangle]]; }
   /// Angle-weighted pseudonormal (unit) at a nearest point, of its face, edge or corner; on a sheet, the normal of its
   /// triangle.
   Eigen::Vector3d pseudonormal(const NearestPoint& nearest) const;
@@ -80,14 +77,9 @@ class DistanceField {
   double diagonal() const { return diagonal_; }
   double area() const { return area_; }      // of the solid [mm^2]
   double volume() const { return volume_; }  // by the divergence theorem about the box centre [mm^3]
-  std::size_t triangleCount() const { return faces_.size(); }
+  std::size_t triangleCount() const { return slot_.size(); }
 
  private:
-  struct Face {  // in slot order
-    Eigen::Vector3d a, b, c, normal;
-    std::uint32_t triangle;
-    double slack = 0;
-  };
   void placeFaces(const TriangleMesh& mesh, std::span<const double> slack, const TriangleMesh& sheets);
   template <bool with_slack, bool with_sheets>
   NearestPoint search(const Eigen::Vector3d& p, double limit) const;
@@ -98,12 +90,14 @@ class DistanceField {
   bool has_slack_ = false;
   std::size_t solid_ = 0;  // triangles of the mesh; the sheets follow
   BoxTree tree_;
-  std::vector<Face> faces_;
-  std::vector<std::uint32_t> slot_;          // triangle -> slot
-  std::vector<Triangle> corner_;             // by triangle of the mesh: its vertices, those at one position as one
-  std::vector<std::uint32_t> first_around_;  // (vertices + 1) where its part of around_ begins
-  std::vector<std::uint32_t> around_;        // corners at each vertex, ascending: 3 times the triangle plus the corner
-  std::vector<Eigen::Vector3d> at_vertex_;   // pseudonormals
+  std::vector<std::array<Eigen::Vector3d, 3>> corners_;  // (slots)
+  std::vector<double> slack_;                            // (slots), or empty
+  std::vector<Eigen::Vector3d> normal_;                  // by triangle
+  std::vector<std::uint32_t> slot_;                      // by triangle
+  std::vector<Triangle> corner_;                         // by triangle of the mesh: its vertices, those at one position as one
+  std::vector<std::uint32_t> first_around_;              // (vertices + 1) where its part of around_ begins
+  std::vector<std::uint32_t> around_;                    // corners at each vertex, ascending: 3 times the triangle plus the corner
+  std::vector<Eigen::Vector3d> at_vertex_;               // pseudonormals
   Eigen::AlignedBox3d box_;
   double diagonal_ = 0, area_ = 0, volume_ = 0;
 };

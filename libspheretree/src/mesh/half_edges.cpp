@@ -4,6 +4,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
@@ -102,6 +103,53 @@ HalfEdges::HalfEdges(std::span<const Triangle> triangles, std::size_t vertices) 
   mesh_.request_vertex_status();
   mesh_.request_edge_status();
   mesh_.request_face_status();
+}
+
+bool HalfEdges::canCollapse(std::uint32_t h) const {
+  const std::uint32_t start = from(h), end = to(h);
+  // The two ends may have no neighbours in common but the third corners of the triangles at `h`.
+  const OpenMesh::HalfedgeHandle there = halfEdge(h), back = mesh_.opposite_halfedge_handle(there);
+  const std::uint32_t left = to(index(mesh_.next_halfedge_handle(there))), right = to(index(mesh_.next_halfedge_handle(back)));
+  if (left == right) return false;
+  std::vector<std::uint32_t> others;
+  visitFrom(start, [&](std::uint32_t out) {
+    if (const std::uint32_t v = to(out); v != end && v != left && v != right) others.push_back(v);
+  });
+  std::uint32_t around_end = 0;
+  bool are_apart = true;
+  visitFrom(end, [&](std::uint32_t out) {
+    ++around_end;
+    are_apart = are_apart && std::find(others.begin(), others.end(), to(out)) == others.end();
+  });
+  return are_apart && !(others.empty() && around_end == 3);  // a tetrahedron would become flat
+}
+
+void HalfEdges::collapse(std::uint32_t h) {
+  const OpenMesh::HalfedgeHandle there = halfEdge(h), back = mesh_.opposite_halfedge_handle(there);
+  const OpenMesh::VertexHandle start = mesh_.from_vertex_handle(there), end = mesh_.to_vertex_handle(there);
+  visitFrom(index(start), [&](std::uint32_t out) { mesh_.set_vertex_handle(mesh_.opposite_halfedge_handle(halfEdge(out)), end); });
+  // Of the two sides of a removed triangle that become one, `kept` takes the place of `gone` in the triangle beyond.
+  const auto join = [&](OpenMesh::HalfedgeHandle kept, OpenMesh::HalfedgeHandle gone) {
+    const OpenMesh::HalfedgeHandle following = mesh_.next_halfedge_handle(gone), before = mesh_.prev_halfedge_handle(gone);
+    const OpenMesh::FaceHandle face = mesh_.face_handle(gone);
+    mesh_.status(mesh_.face_handle(kept)).set_deleted(true);
+    mesh_.status(mesh_.edge_handle(gone)).set_deleted(true);
+    mesh_.set_face_handle(kept, face);
+    mesh_.set_next_halfedge_handle(kept, following);
+    mesh_.set_next_halfedge_handle(before, kept);
+    if (mesh_.halfedge_handle(face) == gone) mesh_.set_halfedge_handle(face, kept);
+  };
+  const OpenMesh::HalfedgeHandle left = mesh_.next_halfedge_handle(there), right = mesh_.prev_halfedge_handle(back);
+  const OpenMesh::HalfedgeHandle left_gone = mesh_.prev_halfedge_handle(there), right_gone = mesh_.next_halfedge_handle(back);
+  // A vertex on a border keeps its half-edge there: that is none of the start's triangles.
+  if (mesh_.halfedge_handle(end) == back) mesh_.set_halfedge_handle(end, left);
+  const OpenMesh::VertexHandle left_tip = mesh_.to_vertex_handle(left), right_tip = mesh_.to_vertex_handle(right_gone);
+  if (mesh_.halfedge_handle(left_tip) == left_gone) mesh_.set_halfedge_handle(left_tip, mesh_.opposite_halfedge_handle(left));
+  if (mesh_.halfedge_handle(right_tip) == mesh_.opposite_halfedge_handle(right_gone)) mesh_.set_halfedge_handle(right_tip, right);
+  join(left, mesh_.opposite_halfedge_handle(left_gone));
+  join(right, mesh_.opposite_halfedge_handle(right_gone));
+  mesh_.status(mesh_.edge_handle(there)).set_deleted(true);
+  mesh_.set_isolated(start);
 }
 
 std::vector<Triangle> HalfEdges::triangles() const {

@@ -10,6 +10,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -28,10 +29,11 @@ constexpr double kMaxTurn = 0.5;    // cosine of the largest rotation of a trian
 constexpr double kMinShape = 0.05;  // twice the area divided by the square of the longest side: triangles below it are slivers
 constexpr double kKeptShape = 0.9;  // a collapse leaves a sliver at least this share of that ratio
 constexpr std::size_t kMaxNeighbours =
-    64;                                // a vertex with more stays until its neighbours have become fewer: its cost is quadratic in them
-constexpr double kRoundShare = 0.1;    // largest share of the possible collapses, cheapest first, that a round tries
-constexpr double kMinProgress = 0.01;  // share of the triangles that a round must remove; otherwise the reduction ends
-constexpr std::size_t kGrain = 4096;
+    64;                              // a vertex with more stays until its neighbours have become fewer: its cost is quadratic in them
+constexpr double kRoundShare = 0.1;  // largest share of the possible collapses, cheapest first, that a round tries
+constexpr std::uint32_t kScatter = 2654435769;  // a multiple of it, modulo 2^32, is far from the next one
+constexpr double kMinShare = 0.25;  // of the collapses that claim, made at the same time; if there are fewer, one after the other
+constexpr std::size_t kGrain = 1024;
 constexpr double kTightShare = 0.25;  // share of the allowed distance: larger bounds of a whole triangle are improved by projection,
 constexpr double kLooseness = 1.25;   // ... unless they are below this multiple of a distance that was found
 
@@ -78,8 +80,7 @@ class MeshSimplifier::Collapses {
       const Quadric q = planeOf(points_[t[0]], points_[t[1]], points_[t[2]]);
       for (const std::uint32_t v : t) quadrics_[v] += q;
     }
-    best_.resize(points_.size());
-    needs_update_.assign(points_.size(), 1);
+    begin();
   }
 
   std::vector<Triangle> run(std::size_t wanted, double max_error) {
@@ -90,7 +91,7 @@ class MeshSimplifier::Collapses {
                         std::log(from / static_cast<double>(std::max<std::size_t>(wanted, 1))));
       const std::size_t removed = round(left_ - wanted);
       left_ -= removed;
-      if (static_cast<double>(removed) < kMinProgress * static_cast<double>(left_)) break;
+      if (tried_ == 0) break;
     }
     return dropRemoved();
   }
@@ -107,6 +108,12 @@ class MeshSimplifier::Collapses {
   struct Collapse {
     std::uint32_t half_edge = 0;  // its start vertex moves to its end vertex
     double cost = kInfinity;
+  };
+  struct Candidate {
+    double cost;
+    std::uint32_t tie;  // in flat faces all cost nothing: in the order of the vertices, each would wait for the one beside it
+    std::uint32_t vertex;
+    auto operator<=>(const Candidate&) const = default;
   };
 
   /// The neighbours of a vertex that is not on a border, in their order around it, and what does not depend on where it
@@ -166,36 +173,99 @@ class MeshSimplifier::Collapses {
     return Collapse();
   }
 
+  template <class One>
+  static void each(std::size_t count, One&& one) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kGrain), [&](const auto& range) {
+      for (std::size_t i = range.begin(); i < range.end(); ++i) one(i);
+    });
+  }
+
+  /// The cheapest of the possible collapses, in their order.
+  std::vector<Candidate> candidates() {
+    std::erase_if(left_vertices_, [&](std::uint32_t v) { return edges_.isIsolated(v); });
+    each(left_vertices_.size(), [&](std::size_t i) {
+      const std::uint32_t v = left_vertices_[i];
+      if (needs_update_[v]) best_[v] = cheapest(v), needs_update_[v] = 0;
+    });
+    std::vector<Candidate> order;
+    for (const std::uint32_t v : left_vertices_)
+      if (best_[v].cost < kInfinity) order.push_back({best_[v].cost, v * kScatter, v});
+    tried_ = static_cast<std::size_t>(std::ceil(kRoundShare * static_cast<double>(order.size())));
+    if (tried_ == 0) return {};
+    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(tried_ - 1), order.end());
+    order.resize(tried_);
+    tbb::parallel_sort(order.begin(), order.end());
+    return order;
+  }
+
+  /// Makes the best collapse of `v`; returns its end.
+  std::uint32_t collapse(std::uint32_t v) {
+    const std::uint32_t end = edges_.to(best_[v].half_edge);
+    edges_.collapse(best_[v].half_edge);
+    quadrics_[end] += quadrics_[v];
+    return end;
+  }
+
+  template <class Visit>
+  void visitAround(std::uint32_t v, Visit&& visit) const {
+    visit(v);
+    edges_.visitFrom(v, [&](std::uint32_t h) { visit(edges_.to(h)); });
+  }
+
+  void outdateAround(std::uint32_t end) {
+    visitAround(end, [&](std::uint32_t v) { std::atomic_ref(needs_update_[v]).store(1, std::memory_order_relaxed); });
+  }
+
   /// One round of collapses that do not touch each other; returns the number of removed triangles, at most about
-  /// `limit`.
+  /// `limit`. Each collapse claims its vertex and the neighbours, and is made if no cheaper one claims any of them.
+  /// That is repeated with those that are left: what is made is what would be made in the order of the costs. Around a
+  /// vertex of many triangles only one could be made at a time: then the others follow one after the other.
   std::size_t round(std::size_t limit) {
     progress_.check();
-    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(points_.size()), kGrain), [&](const auto& range) {
-      for (std::uint32_t v = range.begin(); v < range.end(); ++v)
-        if (needs_update_[v]) best_[v] = cheapest(v), needs_update_[v] = 0;
-    });
-    std::vector<std::pair<double, std::uint32_t>> order;
-    for (std::uint32_t v = 0; v < best_.size(); ++v)
-      if (best_[v].cost < kInfinity) order.emplace_back(best_[v].cost, v);
-    const auto tried = static_cast<std::ptrdiff_t>(std::ceil(kRoundShare * static_cast<double>(order.size())));
-    std::nth_element(order.begin(), order.begin() + std::max<std::ptrdiff_t>(tried - 1, 0), order.end());
-    order.resize(static_cast<std::size_t>(tried));
-    tbb::parallel_sort(order.begin(), order.end());
+    std::vector<Candidate> open = candidates();
+    std::vector<char> wins;
     std::size_t removed = 0;
-    for (const auto& [cost, v] : order) {
-      if (removed >= limit) break;
-      const std::uint32_t h = best_[v].half_edge;
+    const auto claimed = [&](std::uint32_t v) { return std::atomic_ref(claim_[v]); };
+    while (!open.empty() && removed < limit) {
+      --epoch_;
+      const auto claimOf = [&](std::size_t i) { return std::uint64_t{epoch_} << 32 | i; };
+      each(open.size(), [&](std::size_t i) {
+        visitAround(open[i].vertex, [&](std::uint32_t v) {
+          std::uint64_t before = claimed(v).load(std::memory_order_relaxed);
+          while (claimOf(i) < before && !claimed(v).compare_exchange_weak(before, claimOf(i), std::memory_order_relaxed)) {
+          }
+        });
+      });
+      wins.assign(open.size(), 0);
+      each(open.size(), [&](std::size_t i) {
+        bool is_first = true;
+        visitAround(open[i].vertex, [&](std::uint32_t v) { is_first = is_first && claim_[v] == claimOf(i); });
+        Collapse& best = best_[open[i].vertex];
+        if (is_first && !edges_.canCollapse(best.half_edge)) best.cost = kInfinity;  // until its surroundings change
+        wins[i] = is_first && best.cost < kInfinity;
+      });
+      std::vector<std::uint32_t> made, ends;
+      for (std::size_t i = 0; i < open.size() && removed < limit; ++i)
+        if (wins[i]) made.push_back(open[i].vertex), removed += 2;
+      ends.resize(made.size());
+      each(made.size(), [&](std::size_t i) { ends[i] = collapse(made[i]); });
+      each(ends.size(), [&](std::size_t i) { outdateAround(ends[i]); });
+      const bool is_slow = static_cast<double>(made.size()) < kMinShare * static_cast<double>(open.size());
+      std::erase_if(open, [&](const Candidate& c) {
+        return edges_.isIsolated(c.vertex) || needs_update_[c.vertex] || best_[c.vertex].cost == kInfinity;
+      });
+      if (is_slow) break;
+    }
+    for (std::size_t i = 0; i < open.size() && removed < limit; ++i) {
+      const std::uint32_t v = open[i].vertex;
       if (needs_update_[v]) continue;
-      if (!edges_.canCollapse(h)) {
-        best_[v].cost = kInfinity;  // until its surroundings change
+      if (!edges_.canCollapse(best_[v].half_edge)) {
+        best_[v].cost = kInfinity;
         continue;
       }
-      const std::uint32_t to = edges_.to(h);
-      edges_.collapse(h);
+      outdateAround(collapse(v));
+      needs_update_[v] = 1;
       removed += 2;
-      quadrics_[to] += quadrics_[v];
-      needs_update_[v] = needs_update_[to] = 1;
-      edges_.visitFrom(to, [&](std::uint32_t near) { needs_update_[edges_.to(near)] = 1; });
     }
     return removed;
   }
@@ -216,9 +286,18 @@ class MeshSimplifier::Collapses {
     edges_ = HalfEdges(triangles, count);
     vertex_.resize(count), points_.resize(count), quadrics_.resize(count);
     vertex_.shrink_to_fit(), points_.shrink_to_fit(), quadrics_.shrink_to_fit();
+    begin();
+    return triangles;
+  }
+
+  void begin() {
+    const std::size_t count = points_.size();
     best_ = std::vector<Collapse>(count);
     needs_update_ = std::vector<char>(count, 1);
-    return triangles;
+    claim_ = std::vector<std::uint64_t>(count, std::numeric_limits<std::uint64_t>::max());
+    epoch_ = std::numeric_limits<std::uint32_t>::max();
+    left_vertices_.resize(count);
+    std::iota(left_vertices_.begin(), left_vertices_.end(), 0u);
   }
 
   Progress& progress_;
@@ -227,10 +306,14 @@ class MeshSimplifier::Collapses {
   std::vector<Vector3d> points_;
   std::vector<Quadric> quadrics_;
   std::vector<Collapse> best_;
-  std::vector<char> needs_update_;  // (vertices) whether best_ is outdated
-  std::size_t left_;                // triangles
-  double scale_ = 1;                // size of the mesh [mm]
-  double max_cost_ = kInfinity;     // largest cost of a collapse
+  std::vector<char> needs_update_;            // (vertices) whether best_ is outdated
+  std::vector<std::uint64_t> claim_;          // (vertices) the smallest number of a collapse that claims it; later ones are smaller
+  std::uint32_t epoch_ = 0;                   // upper half of the numbers of claims
+  std::vector<std::uint32_t> left_vertices_;  // ascending
+  std::size_t tried_ = 0;                     // collapses of the last round; each was made, or turned out to be impossible
+  std::size_t left_;                          // triangles
+  double scale_ = 1;                          // size of the mesh [mm]
+  double max_cost_ = kInfinity;               // largest cost of a collapse
 };
 
 // --- the bound ---

@@ -2,6 +2,7 @@
 #include "mesh/half_edges.h"
 
 #include <gtest/gtest.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <set>
@@ -66,9 +67,44 @@ TEST(HalfEdges, CollapsesKeepTheTopology) {
   }
 }
 
+// Collapses whose vertices have no neighbour in common do not touch each other: order and threads change nothing.
+TEST(HalfEdges, CollapsesApartFromEachOtherAreIndependent) {
+  for (const TriangleMesh& mesh : {test::sphereMesh(1, 3), test::torusMesh(10, 3, 20, 15)}) {
+    HalfEdges forward = halfEdgesOf(mesh), backward = forward, parallel = forward;
+    std::set<std::uint32_t> claimed;
+    std::vector<std::uint32_t> chosen;
+    for (std::uint32_t h = 0; h < forward.count(); h += 7) {
+      std::set<std::uint32_t> around{forward.from(h)};
+      forward.visitFrom(forward.from(h), [&](std::uint32_t out) { around.insert(forward.to(out)); });
+      if (!forward.canCollapse(h) || std::ranges::any_of(around, [&](std::uint32_t v) { return claimed.contains(v); })) continue;
+      claimed.merge(around);
+      chosen.push_back(h);
+    }
+    EXPECT_GT(chosen.size(), mesh.positions.size() / 30);
+    for (std::size_t i = 0; i < chosen.size(); ++i) {
+      EXPECT_TRUE(forward.canCollapse(chosen[i])) << "also after the others";
+      forward.collapse(chosen[i]);
+      backward.collapse(chosen[chosen.size() - 1 - i]);
+    }
+    tbb::parallel_for(std::size_t{0}, chosen.size(), [&](std::size_t i) { parallel.collapse(chosen[i]); });
+    EXPECT_EQ(backward.triangles(), forward.triangles());
+    EXPECT_EQ(parallel.triangles(), forward.triangles());
+    EXPECT_EQ(topologyOf(forward.triangles()), topologyOf(mesh.triangles));
+    EXPECT_NO_THROW(HalfEdges(forward.triangles(), mesh.positions.size()));
+  }
+}
+
+TEST(HalfEdges, DoesNotFlattenATetrahedron) {
+  TriangleMesh solid;
+  solid.positions.resize(4);
+  solid.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}};
+  const HalfEdges edges = halfEdgesOf(solid);
+  for (std::uint32_t h = 0; h < edges.count(); ++h) EXPECT_FALSE(edges.canCollapse(h));
+}
+
 TEST(HalfEdges, DoesNotCloseATube) {
   TriangleMesh tube = test::torusMesh(10, 3, 12, 3);  // three vertices around
-  HalfEdges edges = halfEdgesOf(tube);
+  const HalfEdges edges = halfEdgesOf(tube);
   for (std::uint32_t h = 0; h < edges.count(); ++h)
     EXPECT_FALSE(edges.from(h) / 3 == edges.to(h) / 3 && edges.canCollapse(h)) << "around the tube";
 }
