@@ -36,9 +36,15 @@ std::vector<CutWork> Cutter::makeWorks() {
   for (std::uint32_t i = 0; i < scene_.objects.size(); ++i) {
     const CompiledShape& shape = scene_.shapeOf(i);
     if (!shape.cut) continue;
-    CutWork& work = works.emplace_back(i, shape, *shape.cut, CutLayers(shape.skin),
-                                       CutLattice(spacing, kReachSpacings * spacing, i, storage_,
-                                                  memory_.kernel == &scalarKernel() ? scalarCutKernel() : avx2CutKernel()));
+    CutWork& work = works.emplace_back(CutWork{
+        i,
+        shape,
+        *shape.cut,
+        CutLayers(shape.skin),
+        CutLattice(spacing, kReachSpacings * spacing, i, storage_, memory_.kernel == &scalarKernel() ? scalarCutKernel() : avx2CutKernel()),
+        {},
+        CutState::kNone,
+        {}});
     for (const CutLayer& layer : shape.cut->material.inner) work.layers.add(compileSurface(*layer.surface, -shape.centre));
     work.removed = std::vector<double>(work.layers.count());
     work.burr = std::vector<NearBall>(scene_.burr.size());
