@@ -26,6 +26,7 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Loop = std::vector<std::uint32_t>;
 
 constexpr int kBaseRings = 10;       // rings of triangles at the scan's border that are tested against the base
+constexpr int kMaxTrims = 10;        // rounds of trimming the border
 constexpr int kMaxSmoothing = 2000;  // rounds of smoothing until the outline of the base does not cross itself
 
 void addTriangles(ScanSurface& s, const std::vector<Triangle>& triangles) {
@@ -171,7 +172,7 @@ std::vector<std::uint32_t> findOuterLoop(const TriangleMesh& mesh) {
 }
 
 void clearBase(ScanSurface& s, const Vector3d& up, double depth) {
-  for (int round = 0; round < kMaxRounds; ++round) {
+  for (int round = 0; round < kMaxTrims; ++round) {
     const Loop loop = findOuterLoop(s.mesh);
     if (loop.empty()) return;
     const std::vector<char> is_dropped = crossedByBase(s.mesh, loop, baseUnder(s.mesh, loop, up, depth));

@@ -23,7 +23,8 @@ namespace {
 using Loop = std::vector<std::uint32_t>;
 using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
-constexpr int kMaxWidened = 20;  // rounds of widening holes whose filling crosses something
+constexpr double kFillDensity = 1.5;  // of the finer filling, in triangles along the edges of its border
+constexpr int kMaxWidened = 20;       // rounds of widening holes whose filling crosses something
 
 /// Every border loop except the outer one.
 std::vector<Loop> loopsToFill(const TriangleMesh& mesh) {
@@ -105,7 +106,7 @@ class Filling {
     MovableSheet sheet{.first_new = mesh_.positions.size()};
     for (std::size_t k = 0; k < loop.size(); ++k)
       sheet.edge += (mesh_.positions[loop[k]] - mesh_.positions[loop[(k + 1) % loop.size()]]).norm() / static_cast<double>(loop.size());
-    refineSpan(mesh_, filling, kSheetDensity);
+    refineSpan(mesh_, filling, kFillDensity);
     sheet.triangles = std::move(filling);
     sheet.group.assign(sheet.triangles.size(), 0);
     const std::map<std::uint32_t, std::uint32_t> next = nextOf(loop);

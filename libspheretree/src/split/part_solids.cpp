@@ -17,6 +17,8 @@ using Eigen::Vector3d;
 
 namespace {
 
+constexpr double kFlatArc = 2;  // mean edges by which an arc must rise above the line between its ends to get a window
+
 using Line = std::vector<std::uint32_t>;  // vertices
 
 constexpr std::array<double, 6> kCollars{0.0, 0.03, 0.06, 0.12, 0.25, 0.5};  // depths of collars to try, as shares of the radius of the rim
@@ -167,7 +169,7 @@ class WallFinder {
       return std::clamp((mesh_.positions[v] - first).dot(way) / std::max(way.squaredNorm(), 1e-12), 0.0, 1.0);
     };
     for (const std::uint32_t v : arc) rise = std::max(rise, (mesh_.positions[v] - first - share(v) * way).dot(settings_.up));
-    if (rise > edge && arc.front() != arc.back()) {
+    if (rise > kFlatArc * edge && arc.front() != arc.back()) {
       const auto pieces = static_cast<std::size_t>(std::ceil(way.norm() / edge));
       walls_.addBest(region, kCollars.size(), edge, [&](std::size_t attempt) {
         const double depth = kCollars[attempt] * way.norm() / 2;

@@ -15,8 +15,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kMaxNoise = 3;     // largest motion, in standard deviations of the noise
-constexpr int kUntangledRings = 2;  // rings around the crossing triangles whose vertices may move
+constexpr int kUntangleRounds = 30;  // rounds of moving
+constexpr double kMaxNoise = 3;      // largest motion, in standard deviations of the noise
+constexpr int kUntangledRings = 2;   // rings around the crossing triangles whose vertices may move
 
 class Untangling {
  public:
@@ -30,7 +31,7 @@ class Untangling {
     if (corners.empty()) return {};
     findMovable(corners);
     const double largest = kMaxNoise * noise();
-    for (int round = 0; round < kMaxRounds; ++round) {
+    for (int round = 0; round < kUntangleRounds; ++round) {
       const std::vector<char> is_crossing = crossingVertices();
       if (std::find(is_crossing.begin(), is_crossing.end(), 1) == is_crossing.end()) break;
       std::vector<Vector3d> next = mesh_.positions;
