@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SCENE = {
     "schema": "spheretree.scene/1", "unit": "mm", "defaults": {"quality": "quick", "levels": 2},
     "tool": {"name": "probe", "mesh": "probe.obj", "reference_point": "tip",
-             "burr": [{"centre_mm": [0, 0, 0.5], "radius_mm": 0.5}]},
+             "burr": [{"centre_mm": [0, 0, 5.5], "radius_mm": 1}]},
     "bodies": [{"name": "jaw", "hinge": {"point_mm": [0, 60, 20], "axis": [1, 0, 0], "angle_deg": [[0, 0], [1, 20]]}}],
     "work": [{"name": "pocket", "sphere": {"centre_mm": [0, 0, 5], "radius_mm": 2}, "tolerance_mm": 0.5}],
     "objects": [{"name": "ball", "mesh": "ball.obj", "friction": 0.2, "tolerance_mm": 0.8},

@@ -46,7 +46,7 @@ case_remaining() {
   "$1" --cavity cavity >out 2>err || fail "make_samples"
   recording_of cavity/drill.csv cavity/cavity.scene.json >run.csv
   expect 0 convert run.csv left.ply
-  says '^left.ply: tooth_36, [0-9]* triangles, within 0.019[0-9]* mm of what is left$' out
+  says '^left.ply: tooth_36, [0-9]* triangles, within 0.01[0-9]* mm of what is left$' out
   expect 0 check left.ply
   says 'no defects' out
   expect 0 build left.ply --quality quick --leaves 64 -o left.stree

@@ -13,7 +13,6 @@
 #include <limits>
 #include <queue>
 
-#include "base/negligible.h"
 #include "geometry/circumcentre.h"
 #include "medial/shrinking_balls.h"
 
@@ -95,7 +94,7 @@ struct AdaptiveMedialAxis::Impl {
       if (!centre.allFinite() || !field.box().contains(centre)) continue;
       NearestPoint touch;
       const double depth = -field.signedDistance(centre, &touch);
-      if (!(depth > kNegligible * field.diagonal())) continue;
+      if (!(depth > 0.1 * kVanishing * field.diagonal())) continue;
       double radius = 0;
       for (const std::uint32_t s : n.site) radius = std::max(radius, (sites[s] - centre).norm());
       cell.centre = centre;
@@ -268,7 +267,7 @@ std::vector<std::vector<FittedBall>> AdaptiveMedialAxis::refine(const std::funct
   Impl& m = *impl_;
   std::vector<std::uint32_t> label;
   for (const Vector3d& p : m.sites) label.push_back(region_of(p));
-  const double smallest = kNegligible * m.field.diagonal();  // a site nearer to others would only repeat the sites of its ball
+  const double smallest = kVanishing * m.field.diagonal();  // a site nearer to others would only repeat the sites of its ball
   m.refineRegions(region_of, regions, smallest, label, progress);
 
   std::vector<std::vector<FittedBall>> balls(regions.size());

@@ -3,8 +3,6 @@
 
 #include <cmath>
 
-#include "base/negligible.h"
-
 namespace spheretree::builder {
 
 using Eigen::Vector3d;
@@ -19,7 +17,7 @@ constexpr double kClose = 1e-3;  // a ball counts as inscribed if it is empty up
 Ball shrinkingBall(const DistanceField& field, const Vector3d& point, const Vector3d& normal, double stand_off) {
   const Vector3d inward = -normal;
   double r = 0.5 * field.diagonal();
-  const double vanishing = kNegligible * field.diagonal();
+  const double vanishing = kVanishing * field.diagonal();
   Vector3d c = point + r * inward;
   for (int round = 0; round < kMaxRounds; ++round) {
     NearestPoint touch = field.nearest(c, (r - stand_off) * (1 - kClose));

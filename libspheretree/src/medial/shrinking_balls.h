@@ -10,6 +10,8 @@
 
 namespace spheretree::builder {
 
+inline constexpr double kVanishing = 1e-7;  // share of the diagonal: a smaller ball is none, on a sheet that is thinner, too
+
 /// The largest inscribed ball that touches the surface at `point`; `normal` is the outward unit normal there. Radius 0
 /// if no such ball exists.
 /// `stand_off`: allowed distance of the ball from the point [mm]. The largest ball at that distance lies deeper, and it
