@@ -25,6 +25,9 @@ using FaceBase = CGAL::Constrained_triangulation_face_base_2<Exact>;
 using Plane = CGAL::Constrained_Delaunay_triangulation_2<Exact, CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>,
                                                          CGAL::No_constraint_intersection_requiring_constructions_tag>;
 
+// Pairs of cuts that may cross for each point that there may be. Where k cuts meet in one point, there are k^2 / 2.
+constexpr std::size_t kCrossingsOfPoint = 8;
+
 /// The cuts of all triangles: those of one triangle are consecutive.
 struct Cuts {
   std::vector<std::uint32_t> triangles;  // that are cut, ascending
@@ -107,10 +110,17 @@ bool DividedTriangle::findCrossings(std::size_t max_points) {
   std::vector<Box> boxes;
   for (std::uint32_t i = 0; i < cuts_.size(); ++i) boxes.push_back(boxOf(i));
   std::vector<std::pair<std::uint32_t, std::uint32_t>> crossing;
-  CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
-    work_.spend(1);
-    if (doCross(cuts_[a.info()], cuts_[b.info()])) crossing.push_back(std::minmax(a.info(), b.info()));
-  });
+  struct TooMany {};
+  try {
+    CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
+      work_.spend(1);
+      if (!doCross(cuts_[a.info()], cuts_[b.info()])) return;
+      if (crossing.size() > kCrossingsOfPoint * max_points) throw TooMany{};
+      crossing.push_back(std::minmax(a.info(), b.info()));
+    });
+  } catch (const TooMany&) {
+    return false;
+  }
   std::sort(crossing.begin(), crossing.end());
   std::vector<std::uint32_t> found;
   for (const auto& [i, j] : crossing) {

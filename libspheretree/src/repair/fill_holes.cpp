@@ -137,7 +137,7 @@ void refineSpan(TriangleMesh& mesh, std::vector<Triangle>& span, double density)
   }
 }
 
-std::vector<FilledHole> fillHoles(RepairSoup& soup, RepairWork& work) {
+std::vector<FilledHole> fillHoles(RepairSoup& soup, RepairWork& work, std::size_t max_edges) {
   TriangleMesh& mesh = soup.mesh;
   std::vector<FilledHole> holes;
   for (const std::vector<std::uint32_t>& loop : findHoleLoops(mesh)) {
@@ -153,7 +153,8 @@ std::vector<FilledHole> fillHoles(RepairSoup& soup, RepairWork& work) {
       middle += a / static_cast<double>(loop.size());
     }
     hole.across = box.diagonal().norm();
-    std::vector<Triangle> filling = spanLoop(mesh, loop, work);
+    std::vector<Triangle> filling;
+    if (loop.size() <= max_edges) filling = spanLoop(mesh, loop, work);
     if (filling.empty()) {
       const auto hub = static_cast<std::uint32_t>(mesh.positions.size());
       mesh.positions.push_back(middle);

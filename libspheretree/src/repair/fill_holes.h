@@ -34,9 +34,9 @@ struct FilledHole {
 
 /// Adds triangles until no edge is open (findOpenEdges). Every loop of open edges is filled by the triangulation of its
 /// own vertices with the smallest area and bending: P. Liepa. Filling holes in meshes. SGP 2003, as implemented in
-/// CGAL. A loop without such a triangulation is filled by a fan around its centre,
+/// CGAL. A loop of more than `max_edges`, or one without such a triangulation, is filled by a fan around its centre,
 /// which adds a vertex. The filling may cross the surface: resolve_overlaps.h. Longest border first.
 /// Adds at most as many triangles as edges are open. @throws TooMuchWork
-std::vector<FilledHole> fillHoles(RepairSoup& soup, RepairWork& work);
+std::vector<FilledHole> fillHoles(RepairSoup& soup, RepairWork& work, std::size_t max_edges = 1500);
 
 }  // namespace spheretree::builder

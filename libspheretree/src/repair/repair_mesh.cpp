@@ -27,13 +27,14 @@ using Eigen::Vector3d;
 
 namespace {
 
-// As shares of the diagonal.
+// As shares of the diagonal, except areas.
 constexpr double kHole = 0.25;                         // a border with a smaller box is a hole, otherwise an opening
 constexpr double kAlpha = 0.01, kOffset = 1.0 / 1500;  // of a wrap
-// Matter deeper than this does not belong to the surface; a solid that is thinner in the mean is a sheet.
-constexpr double kThin = 1e-3;
-constexpr int kCutRounds = 6;   // rounds of cutting, since rounding may leave crossings
-constexpr int kFreeRounds = 2;  // of them: before vertices are moved to a grid
+constexpr double kDeep = 1e-3;                         // matter deeper than this does not belong to the surface
+constexpr double kLostArea = 0.005;  // share of the input's area that may be left without solid matter, before a wrap is preferred
+constexpr double kThin = 5e-4;       // mean thickness below which a closed opening has only doubled a sheet
+constexpr int kCutRounds = 6;        // rounds of cutting, since rounding may leave crossings
+constexpr int kFreeRounds = 2;       // of them: before vertices are moved to a grid
 // Bounds of the growth and of the work, before the wrap takes over.
 constexpr std::size_t kGrowth = 4, kMoreTriangles = 200'000;     // triangles for each one read, and beside them
 constexpr std::size_t kWork = 6'000'000, kWorkOfTriangle = 100;  // [us]; for each triangle beside it
@@ -393,7 +394,7 @@ class Repair {
       if (is_modified_[t] && !is_removed[t]) modified.push_back(t);
     out.bound_mm = moved();
     if (!modified.empty()) {
-      PartsNearSurface clipped = clipToDepth(DistanceField(out.mesh), input_, modified, kThin * diagonal_, progress_);
+      PartsNearSurface clipped = clipToDepth(DistanceField(out.mesh), input_, modified, kDeep * diagonal_, progress_);
       out.to_cover = std::move(clipped.pieces);
       partly_.insert(clipped.removed.begin(), clipped.removed.end());
       partly_.insert(clipped.partly.begin(), clipped.partly.end());
@@ -437,7 +438,7 @@ class Repair {
   std::vector<char>
       is_modified_;  // for each triangle of the input: whether it is not exactly part of the result and still has to be covered
   std::vector<RepairStep> steps_;
-  double may_be_lost_ = kSmallArea * report_.area, lost_area_ = 0;
+  double may_be_lost_ = kLostArea * report_.area, lost_area_ = 0;
   std::set<std::uint32_t> partly_;  // triangles of the input that are removed where they lie within solid matter
   std::set<std::uint32_t> lost_;    // triangles of the input of which at least a part has nothing solid on either side
   bool is_either_way_ = false, is_sheet_ = false, gives_up_ = false;

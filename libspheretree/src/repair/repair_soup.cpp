@@ -24,6 +24,8 @@ namespace {
 
 constexpr std::array kTolerances{0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 3e-5, 1e-4};  // of the diagonal
 constexpr double kShareOfSide = 0.25;                                             // share of its shortest side by which a vertex may move
+constexpr double kNearlyAll = 0.02;                                               // share of the closable edges that may stay open
+constexpr double kMaxFinArea = 0.03;                                              // share of the total area
 constexpr double kFinSize = 0.1;                                                  // as a share of the diagonal: size of a fin's box
 
 /// Keeps the triangles for which `keep` is true; returns the sources of the others.
@@ -304,9 +306,10 @@ Stitched stitchCracks(RepairSoup& soup, std::size_t input_triangles, std::size_t
   }
   Stitched result;
   result.is_modified.assign(input_triangles, 0);
-  if (before <= fewest_open) return result;
+  const auto target = static_cast<std::size_t>(kNearlyAll * static_cast<double>(before - fewest_open)) + fewest_open;
+  if (before <= target) return result;
   for (std::size_t i = 0; i < kTolerances.size(); ++i)
-    if (open[i] <= fewest_open) return attempt(kTolerances[i] * diagonal, soup);
+    if (open[i] <= target) return attempt(kTolerances[i] * diagonal, soup);
   return result;
 }
 
@@ -407,7 +410,7 @@ std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& compo
 
 std::vector<std::uint32_t> dropFins(RepairSoup& soup, RepairWork& work) {
   double left = 0;  // area that may still be removed
-  for (std::size_t t = 0; t < soup.mesh.triangles.size(); ++t) left += kSmallArea * triangleArea(soup.mesh, t);
+  for (std::size_t t = 0; t < soup.mesh.triangles.size(); ++t) left += kMaxFinArea * triangleArea(soup.mesh, t);
   const double max_size = kFinSize * diagonalOf(soup.mesh);
   std::vector<std::uint32_t> dropped;
   for (bool again = true; again;) {  // a fin may be attached to a fin

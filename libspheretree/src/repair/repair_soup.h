@@ -13,8 +13,6 @@
 
 namespace spheretree::builder {
 
-inline constexpr double kSmallArea = 0.01;  // share of the area of a mesh that a repair may leave out
-
 struct RepairSoup {
   TriangleMesh mesh;                  // without parts
   std::vector<std::uint32_t> source;  // for each triangle: the triangle of the input of which it is (a piece); kNone: of none
@@ -49,7 +47,7 @@ struct Stitched {
 
 /// Merges vertices on open edges that lie within a tolerance of each other, and inserts vertices on open edges into the
 /// open edges that they lie on (T-junctions). Tries a sequence of tolerances up to 1e-4 of the diagonal, and takes the
-/// smallest one that closes as many edges as the best one. A vertex moves by at most a quarter of its shortest
+/// smallest one that closes nearly as many edges as the best one. A vertex moves by at most a quarter of its shortest
 /// side.
 /// @pre no flat triangles. The result may contain flat triangles and duplicates, and at most `max_triangles`: then it
 /// leaves T-junctions. @throws TooMuchWork
@@ -74,7 +72,7 @@ std::vector<std::uint32_t> cancelOpposites(RepairSoup& soup);
 std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& component_of, RepairWork& work);
 
 /// Removes small sheets that are attached to the rest by an edge of three or more triangles and end in a free border.
-/// Small means: their box is up to a tenth of the diagonal, and together they have at most kSmallArea. Returns
+/// Small means: their box is up to a tenth of the diagonal, and together they have at most 3 % of the area. Returns
 /// their sources. @throws TooMuchWork
 std::vector<std::uint32_t> dropFins(RepairSoup& soup, RepairWork& work);
 

@@ -23,8 +23,9 @@ namespace {
 using Loop = std::vector<std::uint32_t>;
 using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
-constexpr double kFillDensity = 1.5;  // of the finer filling, in triangles along the edges of its border
-constexpr int kMaxWidened = 20;       // rounds of widening holes whose filling crosses something
+constexpr std::size_t kMaxSpanned = 3000;  // largest number of vertices of a loop that is triangulated at once
+constexpr double kFillDensity = 1.5;       // of the finer filling, in triangles along the edges of its border
+constexpr int kMaxWidened = 20;            // rounds of widening holes whose filling crosses something
 
 /// Every border loop except the outer one.
 std::vector<Loop> loopsToFill(const TriangleMesh& mesh) {
@@ -86,7 +87,8 @@ class Filling {
     std::vector<Triangle> first_filling;
     Pairs first_pairs;
     std::vector<char> first_bad;
-    for (int attempt = 0; attempt < 3; ++attempt) {
+    const bool is_spanned = loop.size() <= kMaxSpanned;
+    for (int attempt = is_spanned ? 0 : 2; attempt < 3; ++attempt) {
       std::vector<Triangle> filling = attempt < 2 ? spanLoop(mesh_, loop) : fan(loop);
       if (attempt == 1 && !filling.empty()) bend(filling, loop);
       if (filling.empty()) continue;

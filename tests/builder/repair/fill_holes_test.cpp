@@ -37,6 +37,18 @@ TEST(FillHoles, LeavesNoEdgeOpen) {
   }
 }
 
+TEST(FillHoles, FromTheMiddleWhereThereAreTooManyEdges) {
+  RepairWork work(kUnwatched);
+  RepairSoup soup = soupOf(boxMesh({0, 0, 0}, {1, 1, 1}));
+  soup.mesh.triangles.erase(soup.mesh.triangles.begin(), soup.mesh.triangles.begin() + 2);  // the bottom
+  soup.source.resize(10);
+  const auto holes = fillHoles(soup, work, 3);
+  ASSERT_EQ(holes.size(), 1u);
+  EXPECT_EQ(holes[0].triangles.size(), 4u);
+  EXPECT_NEAR(holes[0].length, 4, 1e-12);
+  EXPECT_NEAR(test::volumeOf(soup.mesh), 1, 1e-12);
+}
+
 TEST(FillHoles, SpansAFlatBorderByItsArea) {
   TriangleMesh pyramid;  // over a star of seven points: the filling of its bottom is the star
   double area = 0;

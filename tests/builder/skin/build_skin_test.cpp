@@ -213,6 +213,26 @@ TEST(BuildSkin, SimplifiesWithinADistanceThatHoldsBothWays) {
   EXPECT_LE(skin.mesh_distance, 0.05f);
 }
 
+// The bound of a skin that goes on from a simplified mesh is proven in two steps: it holds, and is hardly looser.
+TEST(BuildSkin, ABoundInTwoStepsHolds) {
+  const TriangleMesh torus = test::torusMesh(6, 2, 420, 140);
+  const DistanceField field(torus);
+  Progress silent;
+  MeshSimplifier simplifier(torus, silent);
+  const TriangleMesh step = simplifier.reduce(60'000);
+  ASSERT_GT(step.triangles.size(), 50'000u);
+  const double to_step = distanceBound(torus, DistanceField(step), silent);
+  const SkinSettings settings{0.8, {}, 50 * kDegree};
+  const Skin skin = buildSkin(torus, {}, field, Vector3d::Zero(), settings, silent, &simplifier, to_step);
+  EXPECT_LT(to_step, 0.05 * 0.1 * settings.tolerance) << "the first step is too coarse to be used";
+  const TriangleMesh flat = flatTriangles(skin, Vector3d::Zero());
+  const DistanceField of_skin(flat);
+  double farthest = 0;
+  for (const Vector3d& p : torus.positions) farthest = std::max(farthest, of_skin.distance(p));
+  EXPECT_LE(farthest, double{skin.mesh_distance});
+  EXPECT_LE(skin.mesh_distance, 1.05 * std::max(distanceBound(torus, of_skin, silent), distanceBound(flat, field, silent)) + to_step);
+}
+
 TEST(BuildSkin, SwingsLessWhereATriangleAllowsLess) {
   const TriangleMesh mesh = test::torusMesh(6, 2, 32, 16);
   std::vector<double> allowed;

@@ -192,7 +192,6 @@ bool BurrFacets::find(const Displacement& to_aim, bool spins, StepResult& result
   bool is_known = true;
   for (CutWork& work : works_) {
     if (!memory_.isActive(work.object)) continue;
-
     const double way =
         to_aim.translation.norm() + scene_.tool.reach * to_aim.rotation.norm() + memory_.bodies[memory_.objects[work.object].body].length;
     for (std::size_t ball = 0; ball < work.burr.size(); ++ball) {
