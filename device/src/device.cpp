@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "spheretree/device/emergency_stop.h"
-#include "system_calls.h"
+#include "system/system_calls.h"
 
 namespace spheretree::device {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <atomic>
 
-#include "system_calls.h"
+#include "system/system_calls.h"
 
 namespace spheretree::device {
 namespace {

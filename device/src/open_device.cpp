@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "spheretree/device/open_device.h"
 
-#include "dhd_link.h"
-#include "haply_link.h"
-#include "net_address.h"
-#include "net_link.h"
+#include "links/dhd_link.h"
+#include "links/haply_link.h"
+#include "links/net_address.h"
+#include "links/net_link.h"
 #include "spheretree/device/linked_device.h"
 
 namespace spheretree::device {

@@ -9,8 +9,8 @@
 #include <thread>
 #include <vector>
 
-#include "hd_api.h"
-#include "nearest_rotation.h"
+#include "links/hd_api.h"
+#include "links/nearest_rotation.h"
 
 namespace spheretree::device {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dhd_link.h"
+#include "links/dhd_link.h"
 
 #include <gtest/gtest.h>
 

@@ -21,7 +21,7 @@
 #include <string>
 #include <thread>
 
-#include "json_scan.h"
+#include "links/json_scan.h"
 
 namespace spheretree::device::test {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "haply_link.h"
+#include "links/haply_link.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "fake_haply.h"
-#include "net_address.h"
+#include "links/net_address.h"
 #include "spheretree/device/open_device.h"
 #include "stepped_link.h"
 #include "support/allocations_in.h"
@@ -73,6 +73,20 @@ TEST(HaplyMessage, NothingOfABrokenTextIsUsed) {
   EXPECT_TRUE(words.has_pose && std::isnan(words.position.x())) << "the rule for bad poses has to see it";
 }
 
+/// A message of the service with some of its bytes changed, in `frame` as it is sent.
+void disturbedFrame(spheretree::test::Random& random, std::string& text, std::string& frame) {
+  text = kMessage;
+  const std::size_t changes = random.below(4);
+  for (std::size_t n = 0; n < changes; ++n) text[random.below(text.size())] = static_cast<char>(random.below(256));
+  if (random.below(8) == 0) text.resize(random.below(text.size()));
+  frame.assign(1, '\x81');
+  frame += '\x7e';
+  frame += static_cast<char>(text.size() >> 8);
+  frame += static_cast<char>(text.size() & 0xff);
+  frame += text;
+  if (random.below(50) == 0) frame[random.below(4)] = static_cast<char>(random.below(256));
+}
+
 /// The only thing between a hostile service and a hand are the safety rules; no message gets past them, none allocates,
 /// and the reader never leaves its buffers. SPHERETREE_LONG=1: 10^7.
 TEST(HaplyMessage, NoMessageSendsMoreThanTheLimits) {
@@ -86,22 +100,12 @@ TEST(HaplyMessage, NoMessageSendsMoreThanTheLimits) {
   const long messages = std::getenv("SPHERETREE_LONG") ? 10'000'000 : 1'000'000;
   long poses = 0, forces = 0, broken = 0;
   std::string text, frame;
-  text.reserve(1024);
-  frame.reserve(2048);
+  text.reserve(1024), frame.reserve(2048);
   DeviceState state;
   bool is_broken = false;
   const auto wave = [&] {
     if (is_broken) return;
-    text = kMessage;
-    const std::size_t changes = random.below(4);
-    for (std::size_t n = 0; n < changes; ++n) text[random.below(text.size())] = static_cast<char>(random.below(256));
-    if (random.below(8) == 0) text.resize(random.below(text.size()));
-    frame.assign(1, '\x81');
-    frame += '\x7e';
-    frame += static_cast<char>(text.size() >> 8);
-    frame += static_cast<char>(text.size() & 0xff);
-    frame += text;
-    if (random.below(50) == 0) frame[random.below(4)] = static_cast<char>(random.below(256));
+    disturbedFrame(random, text, frame);
     std::size_t at = 0;
     while (at < frame.size()) {
       const std::span<char> space = reader.space();
@@ -131,14 +135,14 @@ TEST(HaplyMessage, NoMessageSendsMoreThanTheLimits) {
       }
     }
   };
-  for (int n = 0; n < 100; ++n) wave();
+  const auto waves = [&](int count) {
+    for (int k = 0; k < count; ++k) wave();
+  };
+  waves(100);
   for (long n = 0; n < messages; n += 25) {
     reader = WebSocketReader();
     is_broken = false;
-    EXPECT_EQ(spheretree::test::allocationsIn([&] {
-                for (int k = 0; k < 25; ++k) wave();
-              }),
-              0);
+    EXPECT_EQ(spheretree::test::allocationsIn([&] { waves(25); }), 0);
     if (HasFatalFailure()) return;
   }
   EXPECT_GT(poses, messages / 10);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hd_api.h"
+#include "links/hd_api.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "net_address.h"
+#include "links/net_address.h"
 
 #include <gtest/gtest.h>
 

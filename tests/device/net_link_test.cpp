@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "net_link.h"
+#include "links/net_link.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <future>
 #include <thread>
 
-#include "net_address.h"
+#include "links/net_address.h"
 #include "spheretree/device/device_server.h"
 #include "spheretree/device/open_device.h"
 #include "spheretree/device/simulated_device.h"

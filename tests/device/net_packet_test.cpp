@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "net_packet.h"
+#include "links/net_packet.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 
 #include <string>
 
-#include "system_calls.h"
+#include "system/system_calls.h"
 
 namespace spheretree::device::test {
 

@@ -24,7 +24,7 @@ SafetySettings at(double rate, SafetySettings settings = {}) {
 using Story = std::function<void(double time, DeviceState& state, Rendered& rendered)>;
 
 /// The time at which `ended` first holds, while a story is told at `rate`; NaN if never within 5 s.
-double timeUntil(double rate, const SafetySettings& settings, const Story& story, const std::function<bool(const Wrench&)>& ended) {
+double timeUntil(double rate, const SafetySettings& settings, const Story& story, std::function<bool(const Wrench&)> ended) {
   Safety safety(at(rate, settings));
   DeviceState state;
   for (int n = 0; n < 5 * rate; ++n) {
@@ -36,27 +36,31 @@ double timeUntil(double rate, const SafetySettings& settings, const Story& story
   return std::nan("");
 }
 
+struct Rule {
+  const char* name;
+  SafetySettings settings;
+  Story story;
+  std::function<bool(const Wrench&)> ended;
+  double expected;  // [s]
+};
+
+std::function<bool(const Wrench&)> reaches(double force) {
+  return [=](const Wrench& w) { return w.force.norm() >= force * (1 - 1e-9); };
+}
+
+/// Holds once the force has been at least `pressed` and is below `force`.
+std::function<bool(const Wrench&)> falls(double pressed, double force) {
+  return [=, was_pressed = false](const Wrench& w) mutable {
+    was_pressed = was_pressed || w.force.norm() >= pressed;
+    return was_pressed && w.force.norm() < force;
+  };
+}
+
 TEST(Rate, EachRuleTakesTheSameTimeAtEachRate) {
   SafetySettings open;
   open.start_guard = false;
   SafetySettings no_impact = open;
   no_impact.contact_start = 0;
-  const auto reaches = [](double force) { return [=](const Wrench& w) { return w.force.norm() >= force * (1 - 1e-9); }; };
-  const auto falls = [](double force) { return [=](const Wrench& w) { return w.force.norm() < force; }; };
-  struct Rule {
-    const char* name;
-    SafetySettings settings;
-    Story story;
-    std::function<bool(const Wrench&)> ended;
-    double expected;  // [s]
-  };
-  bool pressed = false;  // of stories that wait for a force first
-  const auto after = [&pressed](double force, const std::function<bool(const Wrench&)>& then) {
-    return [&pressed, force, then](const Wrench& w) {
-      pressed = pressed || w.force.norm() >= force;
-      return pressed && then(w);
-    };
-  };
   const Story push = [](double, DeviceState&, Rendered& r) { r.wrench.force = {6, 0, 0}; };
   const Rule rules[] = {
       {"slew", no_impact, push, reaches(6), 0.012},
@@ -78,31 +82,30 @@ TEST(Rate, EachRuleTakesTheSameTimeAtEachRate) {
        [](double t, DeviceState&, Rendered& r) {
          r.wrench.force = {4, 0, 0}, r.model_age = std::max(0.0, t - 1);
        },
-       after(3, falls(2)), 1.07},
+       falls(3, 2), 1.07},
       {"stale poses fade", open,
        [](double t, DeviceState& s, Rendered& r) {
          r.wrench.force = {4, 0, 0}, s.age = std::max(0.0, t - 1);
        },
-       after(3, falls(2)), 1.07},
+       falls(3, 2), 1.07},
       {"a failed renderer fades", open,
        [](double t, DeviceState&, Rendered& r) {
          r.wrench.force = {4, 0, 0}, r.failed = t > 1;
        },
-       after(3, falls(2)), 1.055},
+       falls(3, 2), 1.055},
       {"fast and strong fades", open,
        [](double t, DeviceState& s, Rendered& r) {
          r.wrench.force = {4, 0, 0}, s.handle.position.x() = 2000 * std::max(0.0, t - 1);
        },
-       after(3, falls(2)), 1.025},
+       falls(3, 2), 1.025},
       {"warm motors", open,
        [](double t, DeviceState& s, Rendered& r) {
          r.wrench.force = {8, 0, 0}, s.temperature = t > 1 ? 0.8 : 0;
        },
-       after(7, falls(4)), 1 + std::log(2.0)},
+       falls(7, 4), 1 + std::log(2.0)},
   };
   for (const Rule& rule : rules)
     for (const double rate : kRates) {
-      pressed = false;
       const double time = timeUntil(rate, rule.settings, rule.story, rule.ended);
       EXPECT_NEAR(time, rule.expected, 3 / rate + 0.002) << rule.name << " at " << rate << " Hz";
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Two sockets of this machine. Subject: sockets.h
-#include "sockets.h"
+#include "system/sockets.h"
 
 #include <gtest/gtest.h>
 

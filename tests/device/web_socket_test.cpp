@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "web_socket.h"
+#include "links/web_socket.h"
 
 #include <gtest/gtest.h>
 

@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "fuzz/fuzz_target.h"
-#include "haply_link.h"
-#include "net_packet.h"
-#include "web_socket.h"
+#include "links/haply_link.h"
+#include "links/net_packet.h"
+#include "links/web_socket.h"
 
 namespace spheretree::fuzz {
 namespace {

@@ -2,9 +2,9 @@
 // Feeds any text to the readers of robots and of their spheres: it is refused with a reason that names the file, or
 // gives a tree of finite frames, or balls of finite size.
 #include "fuzz/fuzz_target.h"
-#include "robot/robot_model.h"
-#include "robot/robot_shapes.h"
-#include "robot/sphere_file.h"
+#include "robot/files/sphere_file.h"
+#include "robot/model/robot_model.h"
+#include "robot/model/robot_shapes.h"
 #include "spheretree/formats/errors.h"
 
 namespace spheretree::fuzz {

@@ -5,7 +5,7 @@ stand alone.
 
 1. Rooms: each room includes only the rooms and the third-party libraries that it may.
 2. Wings: in rooms that have them, each wing includes only the wings below it. In no room do files include each other in
-   a circle.
+   a circle. No folder of sources holds more than 15 units; a unit is a header and its source.
 3. The runtime includes nothing that reads files, prints or allocates by text: no <iostream>, <fstream>, <filesystem>,
    JSON.
 4. Public headers are few: what only our own programs include stays in src/.
@@ -31,6 +31,7 @@ ROOMS = {
     "builder": ("libspheretree", ["core", "tissue"], ["Eigen/", "CGAL/", "OpenMesh/", "tbb/", "oneapi/", "xxhash", "boost/"]),
 }
 PUBLIC_HEADERS = {"builder": 13, "runtime": 3}  # at most
+MOST_UNITS = 15
 
 
 def in_order(*wings):
@@ -80,7 +81,8 @@ WINGS = {
         ".": ["published", "mesh", "measure", "hulls", "cut", "split", "tissue"],
     },
     "tools/pipeline": in_order(".", "tissue", "split", "cut", "batch", "comparison"),
-    "tools/spheretree": in_order("page", "input", "view", "commands", "."),
+    "tools/spheretree": in_order("page", "input", "view", "options", "commands", "."),
+    "tools/robot": in_order("text", "model", "cover", "files", "."),
     "tools/haptic_view": in_order("streams", "model", "draw", "hand", "replay", "panel", "window"),
     "tools/haptic_player": in_order("run", "bodies", "published", "scenarios", "comparison", "view", "."),
 }
@@ -183,6 +185,17 @@ def circle_faults(folder, graph):
         yield f"{folder}: a circle of includes: " + " -> ".join(found)
 
 
+def size_faults(root, folder):
+    """Folders with more units than one looks through at a glance."""
+    units = {}
+    for path in sources(root / folder):
+        if "include" not in path.relative_to(root).parts:
+            units.setdefault(path.parent, set()).add(re.sub("_(posix|windows)$", "", path.stem))
+    for place, names in units.items():
+        if len(names) > MOST_UNITS:
+            yield f"{place.relative_to(root)}: {len(names)} units, at most {MOST_UNITS}: divide it"
+
+
 def wing_faults(root):
     others = [path for path in (root / "tools").iterdir() if any(path.glob("**/*.h"))]
     folders = [folder for folder, _, _ in ROOMS.values()] + sorted(str(path.relative_to(root)) for path in others) + ["samples", "tests"]
@@ -191,6 +204,8 @@ def wing_faults(root):
         yield from circle_faults(folder, graph)
         if folder in WINGS:
             yield from arrow_faults(folder, graph)
+        if folder != "tests":
+            yield from size_faults(root, folder)
 
 
 def header_faults(root, compiler):

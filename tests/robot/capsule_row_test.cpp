@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "robot/capsule_row.h"
+#include "robot/cover/capsule_row.h"
 
 #include <gtest/gtest.h>
 

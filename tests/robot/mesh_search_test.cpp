@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "robot/mesh_search.h"
+#include "robot/model/mesh_search.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "robot/body_inertia.h"
+#include "robot/cover/body_inertia.h"
 #include "robot/sample_urdf.h"
 #include "support/random.h"
 #include "support/scratch_folder.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "robot/robot_model.h"
+#include "robot/model/robot_model.h"
 
 #include <gtest/gtest.h>
 

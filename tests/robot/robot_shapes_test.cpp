@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "robot/robot_shapes.h"
+#include "robot/model/robot_shapes.h"
 
 #include <gtest/gtest.h>
 

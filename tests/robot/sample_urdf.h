@@ -6,8 +6,8 @@
 #include <fstream>
 #include <string>
 
-#include "robot/robot_files.h"
-#include "robot/robot_shapes.h"
+#include "robot/files/robot_files.h"
+#include "robot/model/robot_shapes.h"
 
 namespace spheretree::test {
 

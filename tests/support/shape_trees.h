@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -21,12 +22,26 @@ inline Sphere ball(double x, double y, double z, double radius) {
   return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z), static_cast<float>(radius)};
 }
 
+inline float axisValue(const Sphere& s, int axis) { return axis == 0 ? s.x : axis == 1 ? s.y : s.z; }
+
+/// The axis along which the centres extend farthest.
+inline int longestAxis(std::span<const Sphere> balls) {
+  int axis = 0;
+  float widest = -1;
+  for (int k = 0; k < 3; ++k) {
+    const auto [low, high] = std::ranges::minmax(balls, {}, [&](const Sphere& s) { return axisValue(s, k); });
+    if (axisValue(high, k) - axisValue(low, k) <= widest) continue;
+    widest = axisValue(high, k) - axisValue(low, k);
+    axis = k;
+  }
+  return axis;
+}
+
 /// Sound, at most `branching` children of a node; the leaves are `balls`. At most 8^5 of them.
 inline SphereTree treeOfBalls(std::vector<Sphere> balls, std::size_t branching = 8) {
   struct Group {
     std::size_t begin, end;
   };
-  const auto axisValue = [](const Sphere& s, int axis) { return axis == 0 ? s.x : axis == 1 ? s.y : s.z; };
   // Halves the largest group until there are enough.
   const auto split = [&](Group whole) {
     std::vector<Group> groups{whole};
@@ -40,19 +55,7 @@ inline SphereTree treeOfBalls(std::vector<Sphere> balls, std::size_t branching =
       for (std::size_t g = 1; g < groups.size(); ++g)
         if (groups[g].end - groups[g].begin > groups[largest].end - groups[largest].begin) largest = g;
       const Group g = groups[largest];
-      int axis = 0;
-      float widest = -1;
-      for (int k = 0; k < 3; ++k) {
-        float low = axisValue(balls[g.begin], k), high = low;
-        for (std::size_t i = g.begin; i < g.end; ++i) {
-          low = std::min(low, axisValue(balls[i], k));
-          high = std::max(high, axisValue(balls[i], k));
-        }
-        if (high - low > widest) {
-          widest = high - low;
-          axis = k;
-        }
-      }
+      const int axis = longestAxis(std::span(balls).subspan(g.begin, g.end - g.begin));
       const std::size_t middle = g.begin + (g.end - g.begin) / 2;
       std::stable_sort(balls.begin() + static_cast<std::ptrdiff_t>(g.begin), balls.begin() + static_cast<std::ptrdiff_t>(g.end),
                        [&](const Sphere& a, const Sphere& b) { return axisValue(a, axis) < axisValue(b, axis); });

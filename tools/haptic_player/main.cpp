@@ -222,10 +222,9 @@ int runMeasure(const CLI::App& cli, Options& options) {
   return measures["end"] == "complete" ? kExitOk : kExitInterrupted;
 }
 
-int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) {
+/// What the options mean for the device and the mode, and which of them do not go together.
+void settleDevice(const CLI::App& cli, Options& options) {
   PlaySettings& play_settings = options.play;
-  if (!options.view.replay.empty()) refuseRunOptions(cli);
-  play_settings.contact = contactOf(options);
   // In a window the hand follows an input; the trajectory then gives its start or, with --hand-from file, its path.
   const bool is_driven = play_settings.trajectory.empty() || options.view.view;
   const std::string device = !options.device.empty() ? options.device : is_driven ? "simulated" : "replay";
@@ -254,6 +253,13 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
       throw UsageError("--check-realtime is not for --clock stepped, windows and pictures: it measures steps on the real clock, alone");
     if (options.seconds == 0 && play_settings.trajectory.empty()) options.seconds = kCheckSeconds;
   }
+}
+
+int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) {
+  PlaySettings& play_settings = options.play;
+  if (!options.view.replay.empty()) refuseRunOptions(cli);
+  play_settings.contact = contactOf(options);
+  settleDevice(cli, options);
   play_settings.clock = options.clock == "stepped" ? device::Clock::Stepped : device::Clock::Real;
   play_settings.large_motion = options.tissue == "large";
   if (std::error_code none; std::filesystem::is_directory(play_settings.scene, none)) play_settings.scene /= "scene.json";
@@ -347,26 +353,7 @@ CLI::Validator knownDevice() {
       "");
 }
 
-void addDeviceOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
-  cli.add_option("--clutch-button", o.clutch_button,
-                 "Number of a button, 1 to 31: while it is held there is no force and the tool stands still, then it goes on from there; "
-                 "default: none")
-      ->type_name("N")
-      ->check(CLI::Range(1, 31))
-      ->excludes(scenario);
-  cli.add_option("--spindle-button", o.spindle_button,
-                 "Number of a button or pedal, 1 to 31: the burr of the scene spins while it is held; default: it always spins")
-      ->type_name("N")
-      ->check(CLI::Range(1, 31))
-      ->excludes(scenario);
-  cli.add_flag("--passivity-control", o.play.passivity_control,
-               "Add damping that removes the energy which sampling and delay give to the hand; default: the setting of the scene. "
-               "Not with --device replay")
-      ->excludes(scenario);
-  cli.add_option("--carried-weight", o.play.carried_weight, "Weight of the handle that the motors carry, 0 to 5 N; default 0")
-      ->type_name("NEWTON")
-      ->check(numberIn(0, 5))
-      ->excludes(scenario);
+void addVendorOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
   cli.add_flag("--allow-remote", o.play.open.allow_remote,
                "Also talk to other machines; only in a network that you trust. Default: this machine alone")
       ->excludes(scenario);
@@ -395,6 +382,29 @@ void addDeviceOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
          "--hd-gimbal-torque", o.gimbal_torque,
          "With --device phantom: send torques about the axes of the gimbal's joints, not as a vector; docs/device.md says how to find out")
       ->excludes(scenario);
+}
+
+void addDeviceOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
+  cli.add_option("--clutch-button", o.clutch_button,
+                 "Number of a button, 1 to 31: while it is held there is no force and the tool stands still, then it goes on from there; "
+                 "default: none")
+      ->type_name("N")
+      ->check(CLI::Range(1, 31))
+      ->excludes(scenario);
+  cli.add_option("--spindle-button", o.spindle_button,
+                 "Number of a button or pedal, 1 to 31: the burr of the scene spins while it is held; default: it always spins")
+      ->type_name("N")
+      ->check(CLI::Range(1, 31))
+      ->excludes(scenario);
+  cli.add_flag("--passivity-control", o.play.passivity_control,
+               "Add damping that removes the energy which sampling and delay give to the hand; default: the setting of the scene. "
+               "Not with --device replay")
+      ->excludes(scenario);
+  cli.add_option("--carried-weight", o.play.carried_weight, "Weight of the handle that the motors carry, 0 to 5 N; default 0")
+      ->type_name("NEWTON")
+      ->check(numberIn(0, 5))
+      ->excludes(scenario);
+  addVendorOptions(cli, o, scenario);
   cli.add_option(
          "--serve", o.serve,
          "Serve the device to a program that opens it by net:HOST:PORT, instead of playing a scene: the port, 0 to 65535; 0: one that is "

@@ -2,7 +2,7 @@
 #include "robot/robot_input.h"
 
 #include "pipeline/json_file.h"
-#include "robot/robot_files.h"
+#include "robot/files/robot_files.h"
 #include "spheretree/formats/errors.h"
 
 namespace spheretree::robot {

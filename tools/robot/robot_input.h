@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "robot/robot_shapes.h"
+#include "robot/model/robot_shapes.h"
 
 namespace spheretree::robot {
 

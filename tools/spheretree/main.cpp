@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "commands/command.h"
+#include "options/command.h"
 
 int main(int argc, char** argv) {
   using namespace spheretree::tool;

@@ -187,6 +187,32 @@ void Octree::examine(Cell& cell, Scratch& scratch) const {
   cell.total = sweptPart({&object.inside.inner, 1}, {&object.inside.outer, 1}, cell, scratch);
 }
 
+/// Divides the widest of `open`, and leaves there what has, all together, at most half of what the tolerance allows.
+std::vector<Cell> divideWidest(std::vector<Cell>& open, double tolerance) {
+  std::vector<std::uint32_t> order(open.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return open[a].width < open[b].width; });
+  double left = 0;
+  std::size_t first = 0;
+  while (first < order.size() && left + open[order[first]].width <= tolerance / 2) left += open[order[first++]].width;
+  std::vector<Cell> kept, fresh;
+  for (std::size_t i = 0; i < first; ++i) kept.push_back(std::move(open[order[i]]));
+  for (std::size_t i = first; i < order.size(); ++i) {
+    const Cell& parent = open[order[i]];
+    for (int corner = 0; corner < 8; ++corner) {
+      Cell child;
+      child.half = parent.half / 2;
+      child.centre = parent.centre + child.half * Vector3d(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+      child.capsules = parent.capsules;
+      child.is_swept = parent.is_swept;
+      child.sides = parent.sides;
+      fresh.push_back(std::move(child));
+    }
+  }
+  open = std::move(kept);
+  return fresh;
+}
+
 CutVolumes Octree::run(double tolerance, std::size_t max_cells, Progress& progress) {
   CutVolumes out;
   out.layers.resize(layers_.size());
@@ -225,28 +251,7 @@ CutVolumes Octree::run(double tolerance, std::size_t max_cells, Progress& progre
     progress.advance(std::min(1.0, goal / std::max(width, 1e-300)));
     if (width <= goal) return out;
     if (open.empty() || out.cells >= max_cells) return out.is_met = false, out;
-    // Divides the widest; what is left as it is has half of what the tolerance allows.
-    std::vector<std::uint32_t> order(open.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return open[a].width < open[b].width; });
-    double left = 0;
-    std::size_t first = 0;
-    while (first < order.size() && left + open[order[first]].width <= goal / 2) left += open[order[first++]].width;
-    std::vector<Cell> kept;
-    for (std::size_t i = 0; i < first; ++i) kept.push_back(std::move(open[order[i]]));
-    for (std::size_t i = first; i < order.size(); ++i) {
-      const Cell& parent = open[order[i]];
-      for (int corner = 0; corner < 8; ++corner) {
-        Cell child;
-        child.half = parent.half / 2;
-        child.centre = parent.centre + child.half * Vector3d(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
-        child.capsules = parent.capsules;
-        child.is_swept = parent.is_swept;
-        child.sides = parent.sides;
-        fresh.push_back(std::move(child));
-      }
-    }
-    open = std::move(kept);
+    fresh = divideWidest(open, goal);
   }
 }
 

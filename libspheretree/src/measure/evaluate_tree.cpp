@@ -51,49 +51,59 @@ HierarchyEvaluation evaluateHierarchy(const SphereTree& tree, double tolerance) 
   return out;
 }
 
-Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress,
-                    const TriangleMesh& cover_too) {
-  progress.stage("distance field");
-  const SurfaceWithSheets surface = surfaceWithSheets(mesh, cover_too);
-  const DistanceField& field = surface.field;
-  const auto share = [&](auto whole) { return static_cast<std::size_t>(std::ceil(settings.effort * static_cast<double>(whole))); };
+std::size_t shareOf(double effort, auto whole) { return static_cast<std::size_t>(std::ceil(effort * static_cast<double>(whole))); }
+
+/// The cover of a level of `tree`, measured on `mesh`; it has to cover `to_cover`.
+LevelEvaluation evaluateLevel(const TriangleMesh& mesh, const DistanceField& field, const TriangleMesh& to_cover, const SphereTree& tree,
+                              int level, const EvaluateSettings& settings, Progress& progress) {
+  const auto share = [&](auto whole) { return shareOf(settings.effort, whole); };
+  const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+  std::vector<Ball> balls;
+  for (const std::uint32_t node : levelSet(tree, level)) {
+    const Sphere& sphere = tree.cover[node];
+    balls.push_back({origin + centreOf(sphere), sphere.radius});
+  }
+  const SphereUnion set(balls);
+  LevelEvaluation result;
+  result.level = level;
+  result.spheres = balls.size();
   OverhangSettings outside;
   outside.samples = share(outside.samples);
   outside.min_per_ball = share(outside.min_per_ball);
   outside.max_per_ball = share(outside.max_per_ball);
   outside.max_patches = share(outside.max_patches);
+  result.overhang = measureOverhang(field, set, outside, progress);
+  progress.advance(0.7);
+  CoverageSettings gaps;
+  gaps.tolerance = kTolerance * field.diagonal();
+  gaps.samples = share(gaps.samples);
+  gaps.seed = settings.seed;
+  gaps.max_pieces = share(gaps.max_pieces);
+  result.coverage = measureCoverage(to_cover, set, gaps, progress);
+  progress.advance(0.9);
+  const Volumes volumes = measureVolumes(mesh, set.balls(), share(kVolumeLines), progress);
+  if (volumes.mesh > 0) {
+    result.excess_volume_fraction = volumes.excess / volumes.mesh;
+    result.missing_volume_fraction = volumes.missing / volumes.mesh;
+  }
+  progress.advance(1);
+  return result;
+}
+
+Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress,
+                    const TriangleMesh& cover_too) {
+  progress.stage("distance field");
+  const SurfaceWithSheets surface = surfaceWithSheets(mesh, cover_too);
+  const DistanceField& field = surface.field;
   Evaluation out;
   out.diagonal = field.diagonal();
   out.tolerance = kTolerance * field.diagonal();
   out.hierarchy = evaluateHierarchy(tree, out.tolerance);
-  CoverageSettings gaps;
-  gaps.tolerance = out.tolerance;
-  gaps.samples = share(gaps.samples);
-  gaps.seed = settings.seed;
-  gaps.max_pieces = share(gaps.max_pieces);
   const TriangleMesh to_cover = joined(mesh, cover_too);
   const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
   for (int level = 0; level < tree.levelCount(); ++level) {
     progress.stage("level " + std::to_string(level));
-    std::vector<Ball> balls;
-    for (const std::uint32_t node : levelSet(tree, level)) {
-      const Sphere& sphere = tree.cover[node];
-      balls.push_back({origin + centreOf(sphere), sphere.radius});
-    }
-    LevelEvaluation& result = out.levels.emplace_back();
-    result.level = level;
-    result.spheres = balls.size();
-    const SphereUnion set(balls);
-    result.overhang = measureOverhang(field, set, outside, progress);
-    progress.advance(0.7);
-    result.coverage = measureCoverage(to_cover, set, gaps, progress);
-    progress.advance(0.9);
-    const Volumes volumes = measureVolumes(mesh, set.balls(), share(kVolumeLines), progress);
-    if (volumes.mesh > 0) {
-      result.excess_volume_fraction = volumes.excess / volumes.mesh;
-      result.missing_volume_fraction = volumes.missing / volumes.mesh;
-    }
-    progress.advance(1);
+    out.levels.push_back(evaluateLevel(mesh, field, to_cover, tree, level, settings, progress));
   }
   if (!tree.skin.empty()) {
     progress.stage("skin");
@@ -103,7 +113,7 @@ Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const Eval
   if (!tree.hulls.empty()) {
     progress.stage("hulls");
     HullSamples samples;
-    samples.count = share(samples.count), samples.seed = settings.seed;
+    samples.count = shareOf(settings.effort, samples.count), samples.seed = settings.seed;
     out.hulls = evaluateHulls(to_cover, field, tree.hulls, origin, samples, progress);
   }
   if (settings.limits) {

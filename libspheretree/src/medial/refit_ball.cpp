@@ -61,6 +61,39 @@ NearestPoint nearestWithin(const DistanceField& field, const Vector3d& p, double
   return std::isfinite(found.distance) ? found : field.nearest(p);
 }
 
+/// Points of the surface found so far; of more than kMaxNear, the oldest is replaced.
+class NearPoints {
+ public:
+  void remember(const NearestPoint& s, bool inside) {
+    points_[next_] = {s.point, s.slack, inside ? 1.0 : -1.0};
+    next_ = (next_ + 1) % kMaxNear;
+    count_ = std::min(count_ + 1, kMaxNear);
+  }
+  /// No clearance of a ball at `centre` is larger.
+  double limit(const Vector3d& centre) const {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < count_; ++k) least = std::min(least, (centre - points_[k].point).norm() + points_[k].slack);
+    return least;
+  }
+  /// Unit gradients of the clearance for the points nearer than `reach`.
+  std::size_t gradients(const Vector3d& centre, double reach, std::array<Vector3d, kMaxNear>& out) const {
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < count_; ++k) {
+      const double d = (centre - points_[k].point).norm();
+      if (d + points_[k].slack <= reach && d > 0) out[count++] = points_[k].away * (centre - points_[k].point) / d;
+    }
+    return count;
+  }
+
+ private:
+  struct Point {
+    Vector3d point;
+    double slack, away;  // 1: the clearance increases away from it; -1: it increases towards it, for a centre outside
+  };
+  std::array<Point, kMaxNear> points_;
+  std::size_t count_ = 0, next_ = 0;
+};
+
 }  // namespace
 
 double farthest(std::span<const Vector3d> points, const Vector3d& centre) {
@@ -74,19 +107,9 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
   Refit best{start, clearance, farthest(patch, start) - clearance};
   if (patch.empty()) return best;
   double reach = best.stand_off + clearance;
-  std::array<Vector3d, kMaxNear> near;  // surface points found so far; the oldest is replaced first
-  std::array<double, kMaxNear> slack;   // slack of each
-  std::array<double, kMaxNear> away;    // 1: the clearance increases away from it; -1: it increases towards it, for a centre outside
-  std::size_t near_count = 0, near_next = 0;
-  const auto remember = [&](const NearestPoint& s, bool inside) {
-    near[near_next] = s.point;
-    slack[near_next] = s.slack;
-    away[near_next] = inside ? 1 : -1;
-    near_next = (near_next + 1) % kMaxNear;
-    near_count = std::min(near_count + 1, kMaxNear);
-  };
   if (best.stand_off <= target) return best;
-  remember(nearestWithin(field, start, std::abs(clearance)), clearance > 0);
+  NearPoints near;
+  near.remember(nearestWithin(field, start, std::abs(clearance)), clearance > 0);
 
   std::array<Vector3d, kMaxFar> pull;
   std::array<Vector3d, kMaxNear> push;
@@ -95,16 +118,13 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
   for (int i = 0; i < max_steps && step > smallest && best.stand_off > target; ++i) {
     // Unit gradients of |p - c| for the farthest patch points and of d for the nearest surface points, with a tolerance
     // of `step`.
-    std::size_t pulls = 0, pushes = 0;
+    std::size_t pulls = 0;
     const double active2 = (reach - kActive * step) * (reach - kActive * step);
     for (const Vector3d& p : patch) {
       const double d2 = (best.centre - p).squaredNorm();
       if ((d2 >= active2 || reach <= kActive * step) && d2 > 0 && pulls < kMaxFar) pull[pulls++] = (best.centre - p) / std::sqrt(d2);
     }
-    for (std::size_t k = 0; k < near_count; ++k) {
-      const double d = (best.centre - near[k]).norm();
-      if (d + slack[k] <= std::abs(best.clearance) + kActive * step && d > 0) push[pushes++] = away[k] * (best.centre - near[k]) / d;
-    }
+    const std::size_t pushes = near.gradients(best.centre, std::abs(best.clearance) + kActive * step, push);
     if (pulls == 0 || pushes == 0) break;
     const Vector3d g = shortestDifference({pull.data(), pulls}, {push.data(), pushes});
     const double slope = g.norm();
@@ -113,8 +133,7 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
       continue;
     }
     const Vector3d trial = best.centre - (step / slope) * g;
-    double limit = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < near_count; ++k) limit = std::min(limit, (trial - near[k]).norm() + slack[k]);
+    const double limit = near.limit(trial);
     const double trial_reach = farthest(patch, trial);
     best.work += patch.size();
     if (trial_reach - limit >= best.stand_off) {  // the clearance is at most `limit`: no distance query is needed
@@ -124,7 +143,7 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
     const NearestPoint touch = nearestWithin(field, trial, limit);
     const bool inside = field.isInside(trial, touch);
     const double trial_clearance = inside ? touch.distance : -touch.distance;
-    remember(touch, inside);
+    near.remember(touch, inside);
     best.work += touch.tested;
     if (trial_reach - trial_clearance < best.stand_off) {
       best = {trial, trial_clearance, trial_reach - trial_clearance, best.work};

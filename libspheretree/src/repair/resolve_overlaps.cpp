@@ -160,6 +160,38 @@ void snapCrossing(RepairSoup& soup, const CrossingTriangles& crossing, double gr
   result.moved = sorted(std::move(result.moved));
 }
 
+/// The facets of which just one side is solid, wound outward; sorts the triangles of the input by what became of them.
+template <class IsSolid>
+RepairSoup boundaryOf(const Arrangement& arrangement, const std::vector<int>& fronts, const RepairSoup& soup, const IsSolid& isSolid,
+                      Resolved& result) {
+  RepairSoup kept;
+  kept.mesh.positions = arrangement.positions;
+  std::vector<std::uint32_t> within, bounds;
+  for (std::size_t f = 0; f < arrangement.facets.size(); ++f) {
+    const bool front = isSolid(fronts[f]), back = isSolid(fronts[f] + arrangement.net(f));
+    std::uint32_t speaker = kNone;  // the first triangle of the input
+    for (const Arrangement::Member& m : arrangement.membersOf(f)) {
+      const std::uint32_t source = soup.source[m.triangle];
+      if (source == kNone) continue;
+      speaker = std::min(speaker, source);
+      (front != back ? bounds : front ? within : result.lost).push_back(source);
+    }
+    if (front == back) continue;
+    Triangle corners = arrangement.facets[f];
+    if (front) std::swap(corners[1], corners[2]);
+    kept.mesh.triangles.push_back(corners);
+    kept.source.push_back(speaker);
+  }
+  within = sorted(within), bounds = sorted(bounds), result.lost = sorted(result.lost);
+  for (const std::uint32_t source : within) {
+    const bool is_left =
+        std::binary_search(bounds.begin(), bounds.end(), source) || std::binary_search(result.lost.begin(), result.lost.end(), source);
+    (is_left ? result.partly_within : result.within).push_back(source);
+  }
+  dropUnusedVertices(kept.mesh);
+  return kept;
+}
+
 }  // namespace
 
 Resolved resolveOverlaps(RepairSoup& soup, const OverlapLimits& limits, double grid, double max_lost, Progress& progress,
@@ -196,33 +228,7 @@ Resolved resolveOverlaps(RepairSoup& soup, const OverlapLimits& limits, double g
     result.is_either_way = true;
     result.lost_area = lostArea();
   }
-
-  RepairSoup kept;
-  kept.mesh.positions = arrangement.positions;
-  std::vector<std::uint32_t> within, bounds;
-  for (std::size_t f = 0; f < arrangement.facets.size(); ++f) {
-    const bool front = isSolid(fronts[f]), back = isSolid(fronts[f] + arrangement.net(f));
-    std::uint32_t speaker = kNone;  // the first triangle of the input
-    for (const Arrangement::Member& m : arrangement.membersOf(f)) {
-      const std::uint32_t source = soup.source[m.triangle];
-      if (source == kNone) continue;
-      speaker = std::min(speaker, source);
-      (front != back ? bounds : front ? within : result.lost).push_back(source);
-    }
-    if (front == back) continue;
-    Triangle corners = arrangement.facets[f];
-    if (front) std::swap(corners[1], corners[2]);
-    kept.mesh.triangles.push_back(corners);
-    kept.source.push_back(speaker);
-  }
-  within = sorted(within), bounds = sorted(bounds), result.lost = sorted(result.lost);
-  for (const std::uint32_t source : within) {
-    const bool is_left =
-        std::binary_search(bounds.begin(), bounds.end(), source) || std::binary_search(result.lost.begin(), result.lost.end(), source);
-    (is_left ? result.partly_within : result.within).push_back(source);
-  }
-  dropUnusedVertices(kept.mesh);
-  soup = std::move(kept);
+  soup = boundaryOf(arrangement, fronts, soup, isSolid, result);
   return result;
 }
 

@@ -76,6 +76,31 @@ void join(const TriangleMesh& mesh, const Side& a, const Side& b, Groups& fans) 
   }
 }
 
+/// Moves the copies into their solid by `distance`, by less where edges are short, so that no two of them coincide.
+void moveInward(TriangleMesh& mesh, const std::vector<std::uint32_t>& copies, double distance, SeparatedFans& result) {
+  std::vector<Vector3d> normal(mesh.positions.size(), Vector3d::Zero());
+  std::vector<double> shortest(mesh.positions.size(), distance * 100);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vector3d face = (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).normalized();
+    for (int k = 0; k < 3; ++k) {
+      const Vector3d u = mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k), w = mesh.corner(t, (k + 2) % 3) - mesh.corner(t, k);
+      const std::uint32_t v = mesh.triangles[t][static_cast<std::size_t>(k)];
+      normal[v] += std::atan2(u.cross(w).norm(), u.dot(w)) * face;
+      shortest[v] = std::min({shortest[v], u.norm(), w.norm()});
+    }
+  }
+  std::vector<char> is_copy(mesh.positions.size(), 0);
+  for (const std::uint32_t v : copies) is_copy[v] = 1;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    result.is_moved[t] = std::ranges::any_of(mesh.triangles[t], [&](std::uint32_t v) { return is_copy[v] != 0; });
+  for (const std::uint32_t v : copies) {
+    const Vector3d move = -std::min(distance, 0.01 * shortest[v]) * normal[v].normalized();
+    if (!move.allFinite()) continue;
+    mesh.positions[v] += move;
+    result.moved = std::max(result.moved, move.norm());
+  }
+}
+
 }  // namespace
 
 SeparatedFans separateFans(RepairSoup& soup, double distance) {
@@ -116,27 +141,7 @@ SeparatedFans separateFans(RepairSoup& soup, double distance) {
     mesh.triangles[c / 3][c % 3] = vertex_of[root];
   }
   if (copies.empty()) return result;
-  std::vector<Vector3d> normal(mesh.positions.size(), Vector3d::Zero());
-  std::vector<double> shortest(mesh.positions.size(), distance * 100);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Vector3d face = (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).normalized();
-    for (int k = 0; k < 3; ++k) {
-      const Vector3d u = mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k), w = mesh.corner(t, (k + 2) % 3) - mesh.corner(t, k);
-      const std::uint32_t v = mesh.triangles[t][static_cast<std::size_t>(k)];
-      normal[v] += std::atan2(u.cross(w).norm(), u.dot(w)) * face;
-      shortest[v] = std::min({shortest[v], u.norm(), w.norm()});
-    }
-  }
-  std::vector<char> is_copy(mesh.positions.size(), 0);
-  for (const std::uint32_t v : copies) is_copy[v] = 1;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    result.is_moved[t] = std::ranges::any_of(mesh.triangles[t], [&](std::uint32_t v) { return is_copy[v] != 0; });
-  for (const std::uint32_t v : copies) {
-    const Vector3d move = -std::min(distance, 0.01 * shortest[v]) * normal[v].normalized();
-    if (!move.allFinite()) continue;
-    mesh.positions[v] += move;
-    result.moved = std::max(result.moved, move.norm());
-  }
+  moveInward(mesh, copies, distance, result);
   return result;
 }
 

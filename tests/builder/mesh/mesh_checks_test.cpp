@@ -153,6 +153,30 @@ struct Nest {
   std::string fates;  // o: sound; i: inside out; c: cavity; b: buried. Upper case: its winding is also reversed
 };
 
+/// The spheres of `nest` with these radii, in this order or from the smallest.
+TriangleMesh meshOf(const Nest& nest, const std::vector<double>& radii, bool is_reversed) {
+  TriangleMesh mesh;
+  for (std::size_t k = 0; k < radii.size(); ++k) {
+    const std::size_t i = is_reversed ? radii.size() - 1 - k : k;
+    const TriangleMesh sphere = sphereMesh(radii[i], 2);
+    mesh = joined(std::move(mesh), nest.windings[i] > 0 ? sphere : flipped(sphere));
+  }
+  return mesh;
+}
+
+/// Where the winding number is above 0, summed over the shells from outside to inside.
+double solidVolume(const Nest& nest, const std::vector<double>& radii) {
+  double expected = 0;
+  int winding = 0;
+  for (std::size_t i = 0; i < radii.size(); ++i) {
+    const bool turned = nest.fates[i] >= 'A' && nest.fates[i] <= 'Z';
+    winding += turned ? -nest.windings[i] : nest.windings[i];
+    const double inner = i + 1 < radii.size() ? radii[i + 1] : 0;
+    if (winding > 0) expected += volumeOf(sphereMesh(1, 2)) * (std::pow(radii[i], 3) - std::pow(inner, 3));
+  }
+  return expected;
+}
+
 TEST(MeshChecks, NestedSurfacesKeepWhatBoundsTheSolid) {
   const Nest nests[] = {
       {{1}, "o"},
@@ -171,14 +195,9 @@ TEST(MeshChecks, NestedSurfacesKeepWhatBoundsTheSolid) {
   };
   for (const Nest& nest : nests) {
     for (const bool is_reversed : {false, true}) {  // the order in the file must not matter
-      TriangleMesh mesh;
       std::vector<double> radii;
       for (std::size_t i = 0; i < nest.windings.size(); ++i) radii.push_back(static_cast<double>(10 - 2 * i));
-      for (std::size_t k = 0; k < radii.size(); ++k) {
-        const std::size_t i = is_reversed ? radii.size() - 1 - k : k;
-        const TriangleMesh sphere = sphereMesh(radii[i], 2);
-        mesh = joined(std::move(mesh), nest.windings[i] > 0 ? sphere : flipped(sphere));
-      }
+      const TriangleMesh mesh = meshOf(nest, radii, is_reversed);
       const MeshReport report = checkMesh(mesh);
       ASSERT_EQ(report.components.size(), radii.size());
       std::string fates;
@@ -202,17 +221,7 @@ TEST(MeshChecks, NestedSurfacesKeepWhatBoundsTheSolid) {
       EXPECT_EQ(third.buriedComponents(), 0u);
       EXPECT_EQ(third.components.size(), radii.size() - report.buriedComponents());
       EXPECT_EQ(third.vertices, sphereMesh(1, 2).positions.size() * third.components.size());
-      // The solid is where the winding number is above 0, summed over the shells from outside to inside.
-      const double unit = volumeOf(sphereMesh(1, 2));
-      double expected = 0;
-      int winding = 0;
-      for (std::size_t i = 0; i < radii.size(); ++i) {
-        const bool turned = nest.fates[i] >= 'A' && nest.fates[i] <= 'Z';
-        winding += turned ? -nest.windings[i] : nest.windings[i];
-        const double inner = i + 1 < radii.size() ? radii[i + 1] : 0;
-        if (winding > 0) expected += unit * (std::pow(radii[i], 3) - std::pow(inner, 3));
-      }
-      EXPECT_NEAR(third.volume, expected, 1e-9 * unit * 1000) << nest.fates;
+      EXPECT_NEAR(third.volume, solidVolume(nest, radii), 4e-6) << nest.fates;
     }
   }
 }

@@ -144,22 +144,21 @@ TEST(CutLabels, KeepsTheAreaAndOpensNoEdge) {
   EXPECT_EQ(borders(surface.mesh), borders(scan.mesh));
 }
 
-/// A tooth that is a dome on a slab, with vertices at random places and a circle as its margin: with labels that are
-/// random at all vertices beside the margin, the border of the labels is off by about an edge and the cut is not. The
-/// labels of the neighbour, which are not jagged, do not change its cut.
-TEST(CutLabels, FindsTheCircleBehindJaggedLabels) {
-  constexpr double kEdge = 0.25, kRadius = 3.5;
+constexpr double kDomeEdge = 0.25, kDomeRadius = 3.5;
+const std::array<Vector3d, 2> kDomes{Vector3d(5.5, 8, 0), Vector3d(14.5, 8, 0)};
+
+/// Two teeth that are domes on a slab, with vertices at random places and circles as their margins.
+ScanSurface twoDomes(test::Random& random) {
   constexpr std::uint32_t kSide = 80;
-  test::Random random(4);
   ScanSurface clean;
-  const std::array<Vector3d, 2> middle{Vector3d(5.5, 8, 0), Vector3d(14.5, 8, 0)};
   for (std::uint32_t j = 0; j <= kSide; ++j)
     for (std::uint32_t i = 0; i <= kSide; ++i) {
-      Vector3d p(kEdge * (i + 0.5 * (j % 2)), kEdge * 0.866 * j, 0);
-      p += kEdge * Vector3d(random.between(-0.25, 0.25), random.between(-0.25, 0.25), 0);
+      Vector3d p(kDomeEdge * (i + 0.5 * (j % 2)), kDomeEdge * 0.866 * j, 0);
+      p += kDomeEdge * Vector3d(random.between(-0.25, 0.25), random.between(-0.25, 0.25), 0);
       std::int32_t region = 0;
       for (std::size_t k = 0; k < 2; ++k)
-        if (const double r = (p - middle[k]).norm(); r < kRadius) region = static_cast<std::int32_t>(k) + 1, p.z() = 0.5 * (kRadius - r);
+        if (const double r = (p - kDomes[k]).norm(); r < kDomeRadius)
+          region = static_cast<std::int32_t>(k) + 1, p.z() = 0.5 * (kDomeRadius - r);
       clean.mesh.positions.push_back(p);
       clean.vertex_region.push_back(region);
     }
@@ -176,6 +175,14 @@ TEST(CutLabels, FindsTheCircleBehindJaggedLabels) {
     }
   clean.is_invented.assign(clean.mesh.triangles.size(), 0);
   clean.region_label = {0, 11, 12};
+  return clean;
+}
+
+/// With labels that are random at all vertices beside the margin, the border of the labels is off by about an edge and
+/// the cut is not. The labels of the neighbour, which are not jagged, do not change its cut.
+TEST(CutLabels, FindsTheCircleBehindJaggedLabels) {
+  test::Random random(4);
+  const ScanSurface clean = twoDomes(random);
   const VertexNeighbours neighbours(clean.mesh);
   std::vector<std::int32_t> labels;
   for (std::uint32_t v = 0; v < clean.vertex_region.size(); ++v) {
@@ -195,8 +202,8 @@ TEST(CutLabels, FindsTheCircleBehindJaggedLabels) {
     std::size_t count = 0;
     for (std::size_t v = old_points; v < surface.mesh.positions.size(); ++v) {
       const Vector3d &p = surface.mesh.positions[v], level(p.x(), p.y(), 0);
-      if ((level - middle[tooth]).norm() > (level - middle[1 - tooth]).norm()) continue;
-      const double off = std::hypot((level - middle[tooth]).norm() - kRadius, p.z());
+      if ((level - kDomes[tooth]).norm() > (level - kDomes[1 - tooth]).norm()) continue;
+      const double off = std::hypot((level - kDomes[tooth]).norm() - kDomeRadius, p.z());
       sum.mean += off, sum.largest = std::max(sum.largest, off), ++count;
     }
     sum.mean /= static_cast<double>(count);
@@ -205,8 +212,8 @@ TEST(CutLabels, FindsTheCircleBehindJaggedLabels) {
   const Error exact = error(clean, 0.15, 0), found = error(jagged, 0.15, 0), raw = error(jagged, 0, 0);
   std::printf("circle: exact labels %.3f %.3f, jagged %.3f %.3f, not smoothed %.3f %.3f mm (mean, largest)\n", exact.mean, exact.largest,
               found.mean, found.largest, raw.mean, raw.largest);
-  EXPECT_LT(exact.largest, kEdge / 2);
-  EXPECT_LT(found.largest, 1.3 * kEdge);
+  EXPECT_LT(exact.largest, kDomeEdge / 2);
+  EXPECT_LT(found.largest, 1.3 * kDomeEdge);
   EXPECT_LT(found.largest, 0.75 * raw.largest);
   EXPECT_LT(found.mean, 0.6 * raw.mean);
   EXPECT_NEAR(error(jagged, 0.15, 1).largest, error(clean, 0.15, 1).largest, 1e-3);

@@ -167,6 +167,14 @@ Recipe detailed(TriangleMesh (*mesh)(), const Work& work) {
   return {[=] { return cutFor(work, mesh()); }, 4, work.tolerance, [=](const TriangleMesh& cut) { return tolerancesFor(work, cut); }, true};
 }
 
+Recipe boxed(const Eigen::Vector3d& low, const Eigen::Vector3d& high, double tolerance = 0) {
+  return {[=] { return box(low, high); }, 4, tolerance};
+}
+
+Recipe extruded(const Profile& profile, double half_width) {
+  return {[=] { return extrude(profile, half_width); }};
+}
+
 const std::map<std::string, Recipe>& recipes() {
   static const std::map<std::string, Recipe> all{
       // Tools. The balls are one sphere: the overhang over the facets of the mesh, 0.0123 for a radius of 5, is an
@@ -187,47 +195,26 @@ const std::map<std::string, Recipe>& recipes() {
       // Objects; surfaces are at z = 0 unless noted otherwise.
       {"slab", {slab}},
       {"slab_work", detailed(slab, kSlabWork)},
-      {"block", {[] {
-         return box({-30, -30, -60}, {30, 30, 0});
-       }}},
-      {"plate_2", {[] {
-         return box({-20, -20, -1}, {20, 20, 1});
-       }}},  // middle at z = 0
-      {"plate_1", {[] {
-         return box({-20, -20, -0.5}, {20, 20, 0.5});
-       }}},
-      {"plate_0.5", {[] {
-         return box({-20, -20, -0.25}, {20, 20, 0.25});
-       }}},
-      {"plate_0.2", {[] {
-         return box({-20, -20, -0.1}, {20, 20, 0.1});
-       }}},
+      {"block", boxed({-30, -30, -60}, {30, 30, 0})},
+      {"plate_2", boxed({-20, -20, -1}, {20, 20, 1})},  // middle at z = 0
+      {"plate_1", boxed({-20, -20, -0.5}, {20, 20, 0.5})},
+      {"plate_0.5", boxed({-20, -20, -0.25}, {20, 20, 0.25})},
+      {"plate_0.2", boxed({-20, -20, -0.1}, {20, 20, 0.1})},
       {"wire", {[] { return cylinder(0.25, -20, 20, 16); }}},  // around the z axis
       {"groove", {groove}},
       {"groove_work", detailed(groove, kGrooveWork)},
-      {"sulcus", {[] {  // two walls, 1.5 apart, 4 deep, along y
-         return extrude({{-6, -8}, {6, -8}, {6, 0}, {0.75, 0}, {0.75, -4}, {-0.75, -4}, {-0.75, 0}, {-6, 0}}, 10);
-       }}},
-      {"ridge", {[] {
-         return extrude({{-8, -8}, {8, -8}, {0, 0}}, 20);
-       }}},  // 90 degrees, crest at the origin
-      {"corner", {[] {
-         return extrude({{-4, -4}, {20, -4}, {20, 0}, {0, 0}, {0, 20}, {-4, 20}}, 24);
-       }}},  // extends to +x, +z
+      // Two walls, 1.5 apart, 4 deep, along y.
+      {"sulcus", extruded({{-6, -8}, {6, -8}, {6, 0}, {0.75, 0}, {0.75, -4}, {-0.75, -4}, {-0.75, 0}, {-6, 0}}, 10)},
+      {"ridge", extruded({{-8, -8}, {8, -8}, {0, 0}}, 20)},                                // 90 degrees, crest at the origin
+      {"corner", extruded({{-4, -4}, {20, -4}, {20, 0}, {0, 0}, {0, 20}, {-4, 20}}, 24)},  // extends to +x, +z
       {"blind_hole", {[] {
          return lathe(cut({{0, -9}, {4, -9}, {4, 0}, {1.2, 0}, {1.2, -5}, {0, -5}}, 0.8), 32);
        }}},
       {"bore", {bore, 5, 0.05, boreTolerances}},
       {"bowl", {bowl}},
-      {"wall", {[] {
-         return box({-4, -15, -35}, {0, 15, 35});
-       }}},  // face at x = 0
+      {"wall", boxed({-4, -15, -35}, {0, 15, 35})},  // face at x = 0
       {"molar", {[] { return samples::makeMolar(); }}},
-      {"small_block",
-       {[] {
-          return box({-3, -4, -6}, {3, 4, 0});
-        },
-        4, 0.3}},
+      {"small_block", boxed({-3, -4, -6}, {3, 4, 0}, 0.3)},
   };
   return all;
 }

@@ -262,6 +262,28 @@ device::IntendedPath tourOf(const runtime::Scene& scene, double seconds) {
   };
 }
 
+namespace {
+
+/// What a summary says before its figures.
+Json headOf(const PlaySettings& settings, const device::DeviceInfo& device, PlayEnd end) {
+  return {{"schema", "spheretree.run/1"},
+          {"scene", settings.scene.empty() ? Json("sample") : Json(formats::toUtf8(settings.scene))},
+          {"device", device.model},
+          {"mode", modeName(settings.mode)},
+          {"clock", settings.clock == device::Clock::Real ? "real" : "stepped"},
+          {"rate_hz", settings.rate},
+          {"renders_torque", device.renders_torque},
+          {"end", endName(end)}};
+}
+
+PlayEnd endOf(const device::DeviceStatus& status, const PlayObserver* observer) {
+  const bool was_closed = observer && device::EmergencyStop::signal() == 0;  // the user closed the window, which is a regular end
+  if (device::EmergencyStop::requested() && !was_closed) return PlayEnd::Interrupted;
+  return status.phase == device::Phase::Failed ? PlayEnd::DeviceFailed : PlayEnd::Complete;
+}
+
+}  // namespace
+
 PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann::ordered_json& summary, PlayObserver* observer) {
   const bool real = settings.clock == device::Clock::Real;
   std::unique_ptr<device::Device> device;
@@ -308,18 +330,8 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   device->stop();
   if (recording) recording->finish();
 
-  const bool was_closed = observer && device::EmergencyStop::signal() == 0;  // the user closed the window, which is a regular end
-  const PlayEnd end = device::EmergencyStop::requested() && !was_closed ? PlayEnd::Interrupted
-                      : status.phase == device::Phase::Failed           ? PlayEnd::DeviceFailed
-                                                                        : PlayEnd::Complete;
-  summary = {{"schema", "spheretree.run/1"},
-             {"scene", settings.scene.empty() ? Json("sample") : Json(formats::toUtf8(settings.scene))},
-             {"device", device->info().model},
-             {"mode", modeName(settings.mode)},
-             {"clock", real ? "real" : "stepped"},
-             {"rate_hz", settings.rate},
-             {"renders_torque", device->info().renders_torque},
-             {"end", endName(end)}};
+  const PlayEnd end = endOf(status, observer);
+  summary = headOf(settings, device->info(), end);
   summary.update(loop.statistics().toJson());
   summary["missed_deadlines"] = status.late_ticks;
   if (has_tissue) summary["tissue_states"] = loop.tissueStates();

@@ -14,10 +14,10 @@
 #include "pipeline/builder_names.h"
 #include "pipeline/sound_mesh.h"
 #include "program_end.h"
-#include "robot/ignored_pairs.h"
-#include "robot/robot_cover.h"
-#include "robot/robot_files.h"
-#include "robot/robot_shapes.h"
+#include "robot/cover/ignored_pairs.h"
+#include "robot/cover/robot_cover.h"
+#include "robot/files/robot_files.h"
+#include "robot/model/robot_shapes.h"
 #include "run_files.h"
 #include "spheretree/formats/file_io.h"
 
@@ -105,9 +105,7 @@ std::vector<std::string> write(const PythonRobot& self, const fs::path& folder, 
   return names;
 }
 
-}  // namespace
-
-void bindRobot(py::module_& module) {
+void bindLink(py::module_& module) {
   py::class_<PythonLink>(module, "LinkSpheres", "The spheres of one link, in its frame.")
       .def_property_readonly("name", &PythonLink::name, "As the URDF has it.")
       .def_property_readonly(
@@ -129,6 +127,12 @@ void bindRobot(py::module_& module) {
           "Proven upper bound on how far a sphere reaches out of its collision element [m].")
       .def_property_readonly(
           "notes", [](const PythonLink& link) { return link.cover().notes; }, "Repairs and missed tolerances, in sentences.");
+}
+
+}  // namespace
+
+void bindRobot(py::module_& module) {
+  bindLink(module);
   py::class_<PythonRobot>(module, "RobotSpheres", "Spheres that cover every collision shape of a robot, proven.")
       .def_property_readonly(
           "name", [](const PythonRobot& self) { return self.robot.name; }, "As the URDF has it.")

@@ -238,7 +238,7 @@ Raises FileError, FormatError, ValueError.)")
            [](const runtime::Scene& scene) { return "<spheretree.Scene: " + std::to_string(scene.objectCount()) + " objects>"; });
 }
 
-void bindStep(py::module_& module) {
+void bindContact(py::module_& module) {
   using runtime::Contact;
   py::class_<Contact>(module, "Contact", "A contact of the graphic tool.")
       .def_readonly("object", &Contact::object, "Index of the object in the scene.")
@@ -259,6 +259,9 @@ void bindStep(py::module_& module) {
         return "<spheretree.Contact: object " + std::to_string(c.object) + ", " + (c.on_skin ? "triangle " : "leaf ") +
                std::to_string(c.element) + ", at " + shown(c.point) + " mm, " + shown(c.force) + " N>";
       });
+}
+
+void bindStep(py::module_& module) {
   py::class_<PythonStep>(module, "Step", "The result of one servo step.")
       .def_property_readonly(
           "graphic_tool", [](const PythonStep& s) { return arrayOf(s.result.graphic); },
@@ -306,6 +309,7 @@ void bindStep(py::module_& module) {
 
 void bindRuntime(py::module_& module) {
   bindScene(module);
+  bindContact(module);
   bindStep(module);
   py::class_<Renderer>(module, "Renderer",
                        "Computes wrench and contacts of a scene from the pose of the hand, step by step. It keeps its state between steps.")

@@ -8,10 +8,10 @@
 #include <cstdio>
 #include <memory>
 
-#include "commands/command.h"
-#include "commands/common_options.h"
-#include "commands/draft_options.h"
 #include "mistyped.h"
+#include "options/command.h"
+#include "options/common_options.h"
+#include "options/draft_options.h"
 #include "page/chart.h"
 #include "pipeline/batch/cohort.h"
 #include "pipeline/builder_names.h"

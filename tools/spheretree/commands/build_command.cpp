@@ -16,12 +16,12 @@
 #include <vector>
 
 #include "base/useful_threads.h"
-#include "commands/command.h"
-#include "commands/common_options.h"
 #include "input/tree_input.h"
 #include "json_text.h"
 #include "measure/evaluate_skin.h"
 #include "mistyped.h"
+#include "options/command.h"
+#include "options/common_options.h"
 #include "pipeline/builder_names.h"
 #include "pipeline/evaluation_json.h"
 #include "pipeline/missed_tolerance.h"
@@ -102,11 +102,8 @@ double secondsOf(const Stages& stages) {
   return sum;
 }
 
-Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired, const builder::BuildResult& result,
-              const std::vector<std::string>& notes, std::size_t least_spheres, const Stages& stages) {
+Json settingsJson(const BuildOptions& options) {
   const builder::BuildSettings& s = options.settings;
-  const builder::BuildStatistics& statistics = result.statistics;
-  const TriangleMesh& mesh = repaired.mesh;
   Json settings;
   settings["builder"] = name(s.builder);
   settings["combine"] = options.combine;
@@ -128,13 +125,20 @@ Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired
   settings["simplify"] = s.simplify;
   settings["seed"] = s.seed;
   settings["threads"] = s.threads;
+  return settings;
+}
 
+Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired, const builder::BuildResult& result,
+              const std::vector<std::string>& notes, std::size_t least_spheres, const Stages& stages) {
+  const builder::BuildSettings& s = options.settings;
+  const builder::BuildStatistics& statistics = result.statistics;
+  const TriangleMesh& mesh = repaired.mesh;
   Json out;
   out["schema"] = "spheretree.build/1";
   out["generator"] = kGenerator;
   out["input"] = options.input.string();
   out["output"] = options.output.string();
-  out["settings"] = settings;
+  out["settings"] = settingsJson(options);
   out["settings_hash"] = toHex(builder::settingsHash(s));
   out["mesh"] = {{"triangles", mesh.triangles.size()},          {"vertices", mesh.positions.size()},
                  {"hash", toHex(builder::meshHash(mesh))},      {"diagonal_mm", result.tree.provenance.diagonal_mm},
@@ -209,6 +213,12 @@ bool leavesBind(const builder::BuildSettings& settings) {
   return settings.max_leaves > 0 && static_cast<std::size_t>(settings.max_leaves) <= leavesOf(settings);
 }
 
+std::string leavesNote(const builder::BuildSettings& settings) {
+  return "--leaves " + std::to_string(settings.max_leaves) + " has no effect: " + std::to_string(settings.levels) + " levels with " +
+         std::to_string(settings.branching) + " children for each node allow " + counted(leavesOf(settings), "leaf", "leaves") +
+         ". For more, add --levels.";
+}
+
 /// Parses a length above 0; empty for any other text.
 std::optional<double> lengthIn(const std::string& text) {
   double value = 0;
@@ -236,7 +246,8 @@ std::vector<BuildOptions> treesOf(const BuildOptions& options) {
   return trees;
 }
 
-int buildOne(BuildOptions options, bool quiet, builder::Progress& progress) {
+/// What the texts of the options mean for the settings.
+void settle(BuildOptions& options) {
   options.settings.builder = pipeline::byName(pipeline::kBuilders, options.builder);
   options.settings.skin = options.skin != "off";
   options.settings.skin_tolerance_mm = lengthIn(options.skin).value_or(0);
@@ -251,7 +262,10 @@ int buildOne(BuildOptions options, bool quiet, builder::Progress& progress) {
   options.settings.medial_axis = pipeline::byName(pipeline::kMedialAxes, options.medial_axis);
   if (options.settings.builder == BuilderKind::Combined && options.combine.empty()) options.combine = {"expand", "merge", "burst"};
   for (const std::string& member : options.combine) options.settings.combine.push_back(pipeline::byName(pipeline::kMembers, member));
+}
 
+int buildOne(BuildOptions options, bool quiet, builder::Progress& progress) {
+  settle(options);
   // Also of what precedes the build; results do not depend on it.
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<std::size_t>(builder::usefulThreads(options.settings.threads)));
@@ -273,10 +287,7 @@ int buildOne(BuildOptions options, bool quiet, builder::Progress& progress) {
   const builder::RepairedMesh repaired =
       pipeline::soundMesh(mesh, options.input.string(), pipeline::repairKind(options.repair), notes, progress);
   finish(repaired.steps.empty() ? "check" : "repair");
-  if (options.settings.max_leaves > 0 && !leavesBind(options.settings))
-    notes.push_back("--leaves " + std::to_string(options.settings.max_leaves) + " has no effect: " +
-                    std::to_string(options.settings.levels) + " levels with " + std::to_string(options.settings.branching) +
-                    " children for each node allow " + counted(leavesOf(options.settings), "leaf", "leaves") + ". For more, add --levels.");
+  if (options.settings.max_leaves > 0 && !leavesBind(options.settings)) notes.push_back(leavesNote(options.settings));
   if (!quiet)
     for (const std::string& note : notes) say(formats::shownName(options.input) + ": " + note);
   progress.check();

@@ -12,10 +12,10 @@
 #include <optional>
 #include <string>
 
-#include "commands/command.h"
-#include "commands/common_options.h"
 #include "input/tree_input.h"
 #include "json_text.h"
+#include "options/command.h"
+#include "options/common_options.h"
 #include "pipeline/part_choice.h"
 #include "pipeline/sound_mesh.h"
 #include "run_files.h"

@@ -6,15 +6,15 @@
 #include <memory>
 #include <set>
 
-#include "commands/command.h"
-#include "commands/common_options.h"
 #include "input/tree_input.h"
+#include "options/command.h"
+#include "options/common_options.h"
 #include "page/chart.h"
 #include "page/comparison_page.h"
 #include "pipeline/builder_names.h"
 #include "pipeline/comparison/comparison.h"
 #include "pipeline/sound_mesh.h"
-#include "robot/sphere_file.h"
+#include "robot/files/sphere_file.h"
 #include "run_files.h"
 #include "spheretree/formats/csv_table.h"
 #include "spheretree/formats/errors.h"

@@ -9,10 +9,10 @@
 #include <optional>
 #include <span>
 
-#include "commands/command.h"
 #include "cut/remaining_mesh.h"
 #include "input/tree_input.h"
 #include "mistyped.h"
+#include "options/command.h"
 #include "page/picture.h"
 #include "pipeline/cut/cut_run.h"
 #include "run_files.h"

@@ -6,10 +6,10 @@
 #include <memory>
 
 #include "base/useful_threads.h"
-#include "commands/command.h"
-#include "commands/common_options.h"
 #include "json_text.h"
 #include "mistyped.h"
+#include "options/command.h"
+#include "options/common_options.h"
 #include "page/grade_page.h"
 #include "pipeline/cut/grade.h"
 #include "run_files.h"

@@ -10,9 +10,9 @@
 #include <span>
 #include <vector>
 
-#include "commands/command.h"
 #include "json_text.h"
 #include "measure/evaluate_skin.h"
+#include "options/command.h"
 #include "pipeline/evaluation_json.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"

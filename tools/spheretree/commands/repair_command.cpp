@@ -4,9 +4,9 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands/command.h"
-#include "commands/common_options.h"
 #include "json_text.h"
+#include "options/command.h"
+#include "options/common_options.h"
 #include "pipeline/part_choice.h"
 #include "pipeline/sound_mesh.h"
 #include "run_files.h"

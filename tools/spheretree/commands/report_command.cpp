@@ -3,14 +3,14 @@
 #include <cstdio>
 #include <memory>
 
-#include "commands/command.h"
 #include "json_text.h"
+#include "options/command.h"
 #include "page/chart.h"
 #include "page/comparison_page.h"
 #include "page/report_page.h"
 #include "pipeline/batch/cohort.h"
 #include "pipeline/comparison/comparison_json.h"
-#include "robot/robot_files.h"
+#include "robot/files/robot_files.h"
 #include "run_files.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"

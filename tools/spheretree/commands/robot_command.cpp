@@ -6,15 +6,15 @@
 #include <memory>
 #include <utility>
 
-#include "commands/command.h"
-#include "commands/common_options.h"
-#include "commands/robot_options.h"
 #include "mistyped.h"
+#include "options/command.h"
+#include "options/common_options.h"
+#include "options/robot_options.h"
 #include "pipeline/builder_names.h"
 #include "pipeline/sound_mesh.h"
-#include "robot/ignored_pairs.h"
-#include "robot/robot_cover.h"
-#include "robot/robot_files.h"
+#include "robot/cover/ignored_pairs.h"
+#include "robot/cover/robot_cover.h"
+#include "robot/files/robot_files.h"
 #include "run_files.h"
 #include "spheretree/formats/file_io.h"
 #include "terminal.h"

@@ -2,9 +2,9 @@
 // spheretree scene: makes a scene for batch from mesh files; each of their parts becomes an object.
 #include <memory>
 
-#include "commands/command.h"
-#include "commands/draft_options.h"
 #include "mistyped.h"
+#include "options/command.h"
+#include "options/draft_options.h"
 #include "pipeline/scene_draft.h"
 #include "run_files.h"
 #include "spheretree/formats/file_io.h"

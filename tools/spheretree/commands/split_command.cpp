@@ -2,10 +2,10 @@
 // spheretree split: makes closed teeth and gums, with a scene for batch, from labelled intraoral scans.
 #include <memory>
 
-#include "commands/command.h"
-#include "commands/common_options.h"
 #include "json_text.h"
 #include "mistyped.h"
+#include "options/command.h"
+#include "options/common_options.h"
 #include "pipeline/split/split_job.h"
 #include "run_files.h"
 #include "spheretree/formats/scan_labels.h"

@@ -4,8 +4,8 @@
 #include <array>
 #include <memory>
 
-#include "commands/command.h"
-#include "commands/robot_options.h"
+#include "options/command.h"
+#include "options/robot_options.h"
 #include "run_files.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"

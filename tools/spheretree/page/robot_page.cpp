@@ -8,9 +8,9 @@
 #include "page/report_page.h"
 #include "page/scene_view.h"
 #include "pipeline/evaluation_json.h"
-#include "robot/robot_files.h"
+#include "robot/files/robot_files.h"
+#include "robot/files/sphere_file.h"
 #include "robot/robot_input.h"
-#include "robot/sphere_file.h"
 #include "spheretree/builder/evaluate_tree.h"
 #include "spheretree/builder/repair_mesh.h"
 
