@@ -10,6 +10,7 @@
 
 #include "cut/cut_layers.h"
 #include "cut/cutting_resistance.h"
+#include "cut/lattice_wall.h"
 #include "kernel/kernel.h"
 #include "spheretree/runtime/step.h"
 #include "support/random.h"
@@ -404,6 +405,36 @@ TEST(CutStep, TakesEnergyAndObeysTheLaw) {
   EXPECT_LT(missed, 30);
 }
 
+using Capsule = std::pair<Vector3d, Vector3d>;  // of the burr's radius
+
+double gapTo(const Capsule& c, const Vector3d& p) {
+  const Vector3d way = c.second - c.first;
+  return (p - c.first - std::clamp((p - c.first).dot(way) / way.squaredNorm(), 0.0, 1.0) * way).norm() - kBurr;
+}
+
+/// No point of the wall that the capsules leave in the block is far from its balls, and none is in one.
+void expectNearTheWall(const std::vector<Capsule>& capsules, const std::vector<Sphere>& wall, Random& random) {
+  std::vector<double> gaps;
+  int tries = 0;
+  for (; gaps.size() < 3000 && tries < 1'000'000; ++tries) {
+    const auto& c = capsules[random.below(capsules.size())];
+    const Vector3d along = c.second - c.first, way = along.cross(random.direction()).normalized(),
+                   p = c.first + random.between(0, 1) * along + kBurr * way;
+    if ((p.cwiseAbs() - Vector3d(4, 4, 2)).maxCoeff() > 0) continue;
+    double nearest = 1;
+    for (const auto& other : capsules) nearest = std::min(nearest, gapTo(other, p));
+    if (nearest < -1e-9) continue;
+    double gap = 1;
+    for (const Sphere& s : wall) gap = std::min(gap, (centreOf(s) - p).norm() - double{s.radius});
+    gaps.push_back(gap);
+  }
+  ASSERT_EQ(gaps.size(), 3000u);
+  std::sort(gaps.begin(), gaps.end());
+  EXPECT_GE(gaps.front(), 0.004);
+  EXPECT_LT(gaps[1500], 0.01);
+  EXPECT_LT(gaps.back(), 0.022);  // at crests between two passes
+}
+
 // The judge: points of the union of capsules that lie on its boundary and in the material, against the balls of the
 // wall.
 TEST(CutLattice, ItsBallsLieAlongTheWallAndNeverBeyondIt) {
@@ -413,7 +444,7 @@ TEST(CutLattice, ItsBallsLieAlongTheWallAndNeverBeyondIt) {
     const double spacing = kBurr / 8;
     CutStorage storage(4096);
     CutLattice lattice(spacing, 4 * spacing, 0, storage, kernel == Kernel::Best && avx2Kernel() ? avx2CutKernel() : scalarCutKernel());
-    std::vector<std::pair<Vector3d, Vector3d>> capsules;  // a raster of 0.3 mm, slightly tilted
+    std::vector<Capsule> capsules;  // a raster of 0.3 mm, slightly tilted
     for (int row = 0; row < 6; ++row)
       for (int k = 0; k < 60; ++k) {
         const auto at = [&](int i) { return Vector3d(-1.02 + 0.035 * i, -0.7 + 0.3 * row + 0.001 * i, 2.1 - 0.002 * i + 0.01 * row); };
@@ -427,16 +458,12 @@ TEST(CutLattice, ItsBallsLieAlongTheWallAndNeverBeyondIt) {
         for (place[0] = low[0]; place[0] <= high[0]; ++place[0]) ASSERT_TRUE(layers.make(place, lattice, work));
     std::vector<double> volume(1);
     for (const auto& [from, to] : capsules) lattice.remove(from, to, kBurr, volume);
-    const auto gapTo = [](const std::pair<Vector3d, Vector3d>& c, const Vector3d& p) {
-      const Vector3d way = c.second - c.first;
-      return (p - c.first - std::clamp((p - c.first).dot(way) / way.squaredNorm(), 0.0, 1.0) * way).norm() - kBurr;
-    };
     std::vector<Sphere> wall;
     for (CutBlock& block : storage.blocks())
       if (lattice.hasWall(block)) {
-        lattice.visitWall(block, lattice.middleOf(block.place), 100,
-                          [&](std::size_t point) { wall.push_back(lattice.wallBall(block, point)); });
-        const std::span<const Sphere> rim = lattice.rimOf(block);
+        LatticeWall(lattice).visit(block, lattice.middleOf(block.place), 100,
+                                   [&](std::size_t point) { wall.push_back(LatticeWall(lattice).ball(block, point)); });
+        const std::span<const Sphere> rim = LatticeWall(lattice).rimOf(block);
         wall.insert(wall.end(), rim.begin(), rim.end());
       }
     Random random(11);
@@ -444,26 +471,8 @@ TEST(CutLattice, ItsBallsLieAlongTheWallAndNeverBeyondIt) {
       ASSERT_LE((centreOf(s).cwiseAbs() - Vector3d(4, 4, 2)).maxCoeff() + double{s.radius}, 1e-5);
       for (const auto& c : capsules) ASSERT_GE(gapTo(c, centreOf(s)) - double{s.radius}, -1e-5);
     }
+    expectNearTheWall(capsules, wall, random);
     double volume_in = 0;
-    std::vector<double> gaps;
-    int tries = 0;
-    for (; gaps.size() < 3000 && tries < 1'000'000; ++tries) {
-      const auto& c = capsules[random.below(capsules.size())];
-      const Vector3d along = c.second - c.first, way = along.cross(random.direction()).normalized(),
-                     p = c.first + random.between(0, 1) * along + kBurr * way;
-      if ((p.cwiseAbs() - Vector3d(4, 4, 2)).maxCoeff() > 0) continue;
-      double nearest = 1;
-      for (const auto& other : capsules) nearest = std::min(nearest, gapTo(other, p));
-      if (nearest < -1e-9) continue;
-      double gap = 1;
-      for (const Sphere& s : wall) gap = std::min(gap, (centreOf(s) - p).norm() - double{s.radius});
-      gaps.push_back(gap);
-    }
-    ASSERT_EQ(gaps.size(), 3000u);
-    std::sort(gaps.begin(), gaps.end());
-    EXPECT_GE(gaps.front(), 0.004);
-    EXPECT_LT(gaps[1500], 0.01);
-    EXPECT_LT(gaps.back(), 0.022);  // at crests between two passes
     Vector3d at;
     for (int k = 0; k < 200'000; ++k) {
       at = {random.between(-2, 2.2), random.between(-1.5, 1.6), random.between(1, 2)};

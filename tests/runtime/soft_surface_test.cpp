@@ -60,7 +60,7 @@ struct SurfaceRig {
   /// Sets the target forces of a piece to some on random points.
   void pressSomewhere(int count) {
     surface->aimAt(false);
-    for (int i = 0; i < count; ++i) surface->press(surface->pressOn(randomPoint()), random.inCube(1));
+    for (int i = 0; i < count; ++i) surface->press(surface->response().pressOn(randomPoint()), random.inCube(1));
   }
   void expectSame(const SkinPoint& point, const Vector3d& is, const Field& field) const {
     EXPECT_LT((is - meanOf(point, field)).norm(), 1e-5) << "triangle " << point.triangle;
@@ -100,7 +100,7 @@ TEST(SoftSurface, AForceOnAPointGoesToItsNodesByTheirWeights) {
   bool some_are_held = false;
   for (int n = 0; n < 100; ++n) {
     const SkinPoint point = rig.randomPoint();
-    const SoftSurface::Press press = rig.surface->pressOn(point);
+    const SurfaceResponse::Press press = rig.surface->response().pressOn(point);
     Field weights(15, 0.0f);
     for (std::size_t p = 0; p < press.count; ++p) {
       EXPECT_EQ(weights[3 * press.node[p]], 0) << "each node once";
@@ -125,7 +125,7 @@ TEST(SoftSurface, GivesWayByTheShareAndFromTheForcesOfBefore) {
   rig.surface->giveWay(1);
   const Field before(rig.surface->forces().begin(), rig.surface->forces().end());
   rig.surface->aimAt(true);
-  const SoftSurface::Press press = rig.surface->pressOn(rig.randomPoint());
+  const SurfaceResponse::Press press = rig.surface->response().pressOn(rig.randomPoint());
   rig.surface->press(press, {0.5, -1, 2});
   rig.surface->giveWay(1);
   Field whole = before;
@@ -171,20 +171,20 @@ TEST(SoftSurface, PredictsWhatItWillGiveWithoutMoving) {
     SurfaceRig moved;
     const SkinPoint pressed = rig.randomPoint(), other = rig.randomPoint();
     const Vector3d force = rig.random.inCube(1);
-    moved.surface->press(moved.surface->pressOn(pressed), force);
+    moved.surface->press(moved.surface->response().pressOn(pressed), force);
     moved.surface->giveWay(1);
-    rig.surface->forgetNear();
-    EXPECT_EQ(rig.surface->nearCount(), 0u);
-    for (const std::uint32_t t : {pressed.triangle, other.triangle, pressed.triangle}) rig.surface->addNear(t);
-    std::vector<Eigen::Matrix3d> response(rig.surface->nearCount());
-    rig.surface->respond(rig.surface->pressOn(pressed), response);
+    rig.surface->response().forgetNear();
+    EXPECT_EQ(rig.surface->response().nearCount(), 0u);
+    for (const std::uint32_t t : {pressed.triangle, other.triangle, pressed.triangle}) rig.surface->response().addNear(t);
+    std::vector<Eigen::Matrix3d> response(rig.surface->response().nearCount());
+    rig.surface->response().respond(rig.surface->response().pressOn(pressed), response);
     std::vector<double> near;
     for (const Eigen::Matrix3d& m : response)
       for (const double x : Vector3d(m * force)) near.push_back(x);
-    rig.surface->predict(near);
+    rig.surface->response().predict(near);
     for (const SkinPoint& point : {pressed, other}) {
-      EXPECT_LT((rig.surface->predicted(point) - moved.surface->given(point)).norm(), 1e-5);
-      EXPECT_LT((rig.surface->meanOf(rig.surface->pressOn(point), near) - moved.surface->given(point)).norm(), 1e-5);
+      EXPECT_LT((rig.surface->response().predicted(point) - moved.surface->given(point)).norm(), 1e-5);
+      EXPECT_LT((rig.surface->response().meanOf(rig.surface->response().pressOn(point), near) - moved.surface->given(point)).norm(), 1e-5);
     }
     EXPECT_TRUE(rig.surface->isAtRest());
   }
@@ -231,14 +231,15 @@ TEST(SoftSurface, FindsThePointOfATriangleBelowAPoint) {
     const auto corner = [&](std::size_t k) { return Vector3d(Eigen::Map<const Eigen::Vector3f>(patch.position[k]).cast<double>()); };
     const Vector3d at = wanted.weight[0] * corner(0) + wanted.weight[1] * corner(1) + wanted.weight[2] * corner(2),
                    normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
-    const SkinPoint found = rig.surface->pointAt(wanted.triangle, at + rig.random.between(-1, 1) * normal);
+    const SkinPoint found = rig.surface->skin().pointAt(wanted.triangle, at + rig.random.between(-1, 1) * normal);
     EXPECT_EQ(found.triangle, wanted.triangle);
     for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(found.weight[k], wanted.weight[k], 1e-6);
     double give = 0;
     for (std::size_t k = 0; k < 3; ++k)
       give += found.weight[k] * static_cast<double>(rig.model->vertices[rig.made.tree->skin.triangles[found.triangle].vertex[k]].max_give);
     EXPECT_NEAR(rig.surface->maxGive(found), give, 1e-9);
-    const SkinPoint outside = rig.surface->pointAt(wanted.triangle, corner(0) + 3 * (corner(0) - corner(1)) + 3 * (corner(0) - corner(2)));
+    const SkinPoint outside =
+        rig.surface->skin().pointAt(wanted.triangle, corner(0) + 3 * (corner(0) - corner(1)) + 3 * (corner(0) - corner(2)));
     EXPECT_EQ(outside.weight, (std::array<double, 3>{1, 0, 0})) << "beyond a corner it is the corner";
   }
 }

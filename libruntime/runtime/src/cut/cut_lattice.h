@@ -21,6 +21,9 @@ namespace spheretree::runtime {
 using BlockPlace = std::array<std::int32_t, 3>;  // of a block in the lattice, in blocks
 
 inline constexpr std::size_t kMaxRimBalls = 64;  // of a block
+inline constexpr double kWallSpacings = 2.5;     // largest ball of a wall
+// A burr that fits its hole exactly would be stuck in it by rounding: no spindle runs truer than this.
+inline constexpr double kCutPlay = 0.005;  // [mm]
 
 struct CutBlock {
   BlockPlace place{};
@@ -34,7 +37,7 @@ struct CutBlock {
   bool meets_surface = false;           // some point is within a spacing of the object's surface
   bool knows_rim = false;               // since something was removed near it
   std::uint8_t rim_count = 0;
-  Sphere rim[kMaxRimBalls];  // CutLattice::rimOf
+  Sphere rim[kMaxRimBalls];  // LatticeWall::rimOf
 };
 
 /// The blocks of the lattices of all objects, which are numbered. Allocated once.
@@ -87,6 +90,11 @@ class CutLattice {
   /// A new block in this place, where nothing is removed; null if the memory is full.
   CutBlock* add(const BlockPlace& place);
   void addOutside(const BlockPlace& place) { storage_.addOutside(number_, place); }
+  /// The block in this place; null if it was not made.
+  const CutBlock* blockAt(const BlockPlace& place) const {
+    const std::int32_t index = find(place);
+    return index >= 0 ? &storage_.blocks()[static_cast<std::size_t>(index)] : nullptr;
+  }
   /// Whether the block is of this lattice, with something removed near it.
   bool hasWall(const CutBlock& block) const { return block.is_cut && block.lattice == number_; }
   bool isCut() const { return is_cut_; }
@@ -114,22 +122,6 @@ class CutLattice {
   std::uint32_t remove(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius, std::span<double> volume);
   /// The distance of a point from the box around all blocks that were cut; infinite if there is none.
   double distanceFromCut(const Eigen::Vector3d& point) const;
-  /// The wall has balls about points of a block in the material, as large as fits, where something was removed nearby:
-  /// they come to within a small play of what was removed.
-  Sphere wallBall(const CutBlock& block, std::size_t point) const;
-  /// Calls visit(point) for the balls of the wall that are within `reach` of `centre`, and for some that are as near
-  /// but for rounding; in ascending order.
-  template <class Visit>
-  void visitWall(const CutBlock& block, const Eigen::Vector3d& centre, double reach, Visit&& visit) const {
-    std::uint8_t near[kBlockPoints / 8];
-    findNearWall(block, centre, reach, near);
-    for (std::size_t row = 0; row < kBlockPoints / 8; ++row)
-      for (unsigned lanes = near[row]; lanes; lanes &= lanes - 1) visit(8 * row + static_cast<std::size_t>(std::countr_zero(lanes)));
-  }
-  /// Small balls along the rim, where what was removed meets the surface of the object at an angle: those of the wall
-  /// would leave it round. Found anew where something was removed since.
-  std::span<const Sphere> rimOf(CutBlock& block) const;
-  double largestWallBall() const { return kWallSpacings * spacing_; }
 
  private:
   /// The cell of eight points around a point.
@@ -139,15 +131,6 @@ class CutLattice {
     std::size_t first() const { return static_cast<std::size_t>((low[0] & 7) | (low[1] & 7) << 3 | (low[2] & 7) << 6); }  // in its block
   };
   CellPlace cellOf(const Eigen::Vector3d& point) const;
-  void findRim(CutBlock& block) const;
-  /// The gradients of both fields at a point of a block; false beside a block that was not made.
-  bool gradientsAt(const CutBlock& block, std::size_t point, Eigen::Vector3d& depth, Eigen::Vector3d& clearance) const;
-  void findNearWall(const CutBlock& block, const Eigen::Vector3d& centre, double reach, std::uint8_t* near) const;
-
-  static constexpr double kWallSpacings = 2.5;
-  // A burr that fits its hole exactly would be stuck in it by rounding: no spindle runs truer than this.
-  static constexpr double kPlay = 0.005;  // [mm]
-
   CutStorage& storage_;
   const CutKernel& kernel_;
   std::uint32_t number_;

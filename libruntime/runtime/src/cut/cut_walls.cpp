@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "cut/lattice_wall.h"
 #include "rows/row_set.h"
 
 namespace spheretree::runtime {
@@ -69,7 +70,8 @@ void CutWalls::findNearParts(const CutWork& work, const Configuration& pose, dou
 bool CutWalls::addWallsOf(CutWork& work, std::uint32_t& tests) {
   tests += static_cast<std::uint32_t>(scene_.wall_slots.size());
   if (near_parts_.empty()) return true;
-  const double largest = work.lattice.largestWallBall(), side = 7 * work.lattice.spacing();
+  const LatticeWall wall(work.lattice);
+  const double largest = wall.largestBall(), side = 7 * work.lattice.spacing();
   const std::size_t begin = pairs_.size(), capacity = scene_.step_limits.max_pairs;
   for (CutBlock& block : storage_.blocks()) {
     if (!work.lattice.hasWall(block)) continue;
@@ -82,7 +84,7 @@ bool CutWalls::addWallsOf(CutWork& work, std::uint32_t& tests) {
       if ((part.at - part.at.cwiseMax(corner).cwiseMin(opposite)).squaredNorm() > reach * reach) continue;
       if (is_first) {
         wall_of_.fill(kNoItem);
-        rim = work.lattice.rimOf(block);
+        rim = wall.rimOf(block);
         tests += kBlockPoints / 8;
       }
       is_first = false;
@@ -99,7 +101,7 @@ bool CutWalls::addWallsOf(CutWork& work, std::uint32_t& tests) {
         }
         pairs_.push_back(part.slot << 16 | slot);
       };
-      work.lattice.visitWall(block, part.at, part.reach, [&](std::size_t point) { add(point, work.lattice.wallBall(block, point)); });
+      wall.visit(block, part.at, part.reach, [&](std::size_t point) { add(point, wall.ball(block, point)); });
       for (std::size_t k = 0; k < rim.size(); ++k) add(kBlockPoints + k, rim[k]);
       if (!fits) return false;
     }

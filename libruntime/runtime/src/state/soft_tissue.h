@@ -22,7 +22,36 @@ inline constexpr double kRefitMm =
 struct RowRequest;
 struct RowSet;
 
-/// All tissue of a scene, in a StepMemory. `object` and `row` are indices in the scene and in the rows of a QP.
+/// The contacts on tissue, for one QP after the other. `object` and `row` are indices in the scene and in the rows of
+/// the QP.
+class TissueContacts {
+ public:
+  virtual ~TissueContacts() = default;
+  /// `rows` has right-hand sides without the displacement of tissue.
+  virtual void begin(const PairSet& pairs, const PairSet& felt, const RowSet& rows, const Configuration& tool, bool is_carried) = 0;
+  /// The right-hand side of a row on tissue that has reached its largest displacement.
+  virtual float stop(std::uint32_t row) const = 0;
+  /// Uses `row` as row `k` of the problem. That of a rigid object is on no surface.
+  virtual void setRow(ContactProblem& qp, int k, std::uint32_t object, std::uint32_t row, bool is_stop) = 0;
+  /// Disc `d` of the problem belongs to this row and has these two axes in the world: the surface moves with it.
+  virtual void setDisc(ContactProblem& qp, int d, std::uint32_t object, std::uint32_t row, bool is_stop,
+                       const std::array<Eigen::Vector3d, 2>& along) = 0;
+  /// Of the rows and discs that setRow() and setDisc() have named.
+  virtual const SurfaceCompliance& compliance() const = 0;
+  /// Predicts the displacement of the surface by the multipliers; predictedBound() then gives the right-hand side of a
+  /// row, which may be its stop.
+  virtual void predict(const ContactProblem& qp) = 0;
+  virtual float predictedBound(std::uint32_t row, bool& is_stop) const = 0;
+  /// The forces of the solution become the target forces. Contact k of the step is then at the point of row
+  /// contacts[k].
+  virtual void press(const ContactProblem& qp, std::span<const std::uint32_t> contacts) = 0;
+  /// Notes whether disc `d`, of this row, sticks: with a force below `limit` its ball stays at its point.
+  virtual void setStuck(const ContactProblem& qp, std::size_t d, std::uint32_t row, double limit) = 0;
+  /// Displacement of the point of contact `k` in this step, world axes [mm].
+  virtual Eigen::Vector3d movedInStep(std::size_t object, std::size_t k) const = 0;
+};
+
+/// All tissue of a scene, in a StepMemory. `object` is an index in the scene.
 class SoftTissue {
  public:
   virtual ~SoftTissue() = default;
@@ -46,33 +75,11 @@ class SoftTissue {
   virtual void findFront(const RowRequest& request) const = 0;
   /// Like the kernel's feltRows(), for patches of tissue.
   virtual float patchRows(const RowRequest& request) const = 0;
-  /// Of the rows and discs that setRow() and setDisc() have named.
-  virtual const SurfaceCompliance& compliance() const = 0;
+  virtual TissueContacts& contacts() = 0;
   /// Moves by `share` towards the target of the last press().
   virtual void giveWay(double share) = 0;
   /// Sets all target forces to zero.
   virtual void letGo() = 0;
-
-  // For one QP after the other. At the call of begin(), `rows` has right-hand sides without the displacement of tissue.
-  virtual void begin(const PairSet& pairs, const PairSet& felt, const RowSet& rows, const Configuration& tool, bool is_carried) = 0;
-  /// The right-hand side of a row on tissue that has reached its largest displacement.
-  virtual float stop(std::uint32_t row) const = 0;
-  /// Uses `row` as row `k` of the problem. That of a rigid object is on no surface.
-  virtual void setRow(ContactProblem& qp, int k, std::uint32_t object, std::uint32_t row, bool is_stop) = 0;
-  /// Disc `d` of the problem belongs to this row and has these two axes in the world: the surface moves with it.
-  virtual void setDisc(ContactProblem& qp, int d, std::uint32_t object, std::uint32_t row, bool is_stop,
-                       const std::array<Eigen::Vector3d, 2>& along) = 0;
-  /// Predicts the displacement of the surface by the multipliers; predictedBound() then gives the right-hand side of a
-  /// row, which may be its stop.
-  virtual void predict(const ContactProblem& qp) = 0;
-  virtual float predictedBound(std::uint32_t row, bool& is_stop) const = 0;
-  /// The forces of the solution become the target forces. Contact k of the step is then at the point of row
-  /// contacts[k].
-  virtual void press(const ContactProblem& qp, std::span<const std::uint32_t> contacts) = 0;
-  /// Notes whether disc `d`, of this row, sticks: with a force below `limit` its ball stays at its point.
-  virtual void setStuck(const ContactProblem& qp, std::size_t d, std::uint32_t row, double limit) = 0;
-  /// Displacement of the point of contact `k` in this step, world axes [mm].
-  virtual Eigen::Vector3d movedInStep(std::size_t object, std::size_t k) const = 0;
 
   // Large deformation: aimTissue() and tissueForces() of step.h.
   virtual bool aim(std::size_t object, std::span<const float> surface, bool is_frozen) = 0;

@@ -36,7 +36,7 @@ void noteContacts(const RowSet& set, const Configuration& before, const StepPart
     }
     contact.tool_leaf = set.along ? tool_item : scene.tool_nodes[tool_item];
     if (!contact.on_wall) contact.element = contact.on_skin ? item : shape.nodes[item];
-    contact.point = memory.graphic.position + parts.armOf(set, row, name, contact.normal, rotation);
+    contact.point = memory.graphic.position + armOf(parts.scene, set, row, name, contact.normal, rotation);
     if (!parts.rubsOrGives()) continue;
     contact.friction = scene.pull.translation * memory.active_rubbing[k];
     const std::uint32_t body = memory.objects[name.object].body;
@@ -46,7 +46,7 @@ void noteContacts(const RowSet& set, const Configuration& before, const StepPart
       from = mover.now.orientation * (mover.before.orientation.conjugate() * (from - mover.before.position)) + mover.now.position;
     }
     Eigen::Vector3d slid = contact.point - from;
-    if (memory.isTissue(name.object)) slid -= memory.tissue->movedInStep(name.object, k);
+    if (memory.isTissue(name.object)) slid -= memory.tissue->contacts().movedInStep(name.object, k);
     contact.slip = (slid - slid.dot(contact.normal) * contact.normal) / scene.step_time;
   }
 }

@@ -38,6 +38,21 @@ RowName nameOf(const PairSet& set, std::uint32_t row, bool is_felt) {
   return {run->object, set.pairs[row], is_felt, run->of_wall};
 }
 
+// Relaxes the rows that contradict each other by the distance that the certificate of the QP proves to be needed: the
+// rows of smooth patches alone if it has some. Returns the distance by which all rows were relaxed.
+double relax(RowSet& set, const QpAnswer& answer) {
+  double sum = 0, weights = 0, felt_weights = 0;
+  for (std::size_t k = 0; k < answer.certificate_count; ++k) {
+    const double weight = answer.certificate_weight[k] * static_cast<double>(set.weight[answer.certificate[k]]);
+    sum += answer.certificate_weight[k] * static_cast<double>(set.b[answer.certificate[k]]);
+    (answer.certificate[k] < set.guarded ? weights : felt_weights) += weight;
+  }
+  const bool felt_alone = felt_weights > 0;
+  const double further = std::max(sum / (felt_alone ? felt_weights : weights), 1e-6) * (1 + 1e-6);
+  for (std::uint32_t i = felt_alone ? set.guarded : 0; i < set.rows.count; ++i) set.b[i] -= static_cast<float>(further) * set.weight[i];
+  return felt_alone ? 0 : further;
+}
+
 }  // namespace
 
 Vector6 StepParts::scaledVector(const Displacement& d) const {
@@ -51,18 +66,6 @@ Displacement StepParts::displacement(const Vector6& y) const {
 }
 
 std::uint32_t StepParts::costOfRow() const { return scene.hulls.empty() ? 1 : kHullWork; }
-
-Eigen::Vector3d StepParts::armOf(const RowSet& rows, std::uint32_t row, const RowName& name, const Eigen::Vector3d& normal,
-                                 const Eigen::Matrix3d& rotation) const {
-  if (!rows.along) {
-    const Sphere& ball = scene.tool.spheres[name.pair >> 16];
-    return rotation * centreOf(ball) - double{ball.radius} * normal;
-  }
-  // The row has the lever arm x normal, which leaves the part of the arm along the normal open.
-  Eigen::Vector3d lever;
-  for (int i = 0; i < 3; ++i) lever[i] = double{rows.rows.a[static_cast<std::size_t>(3 + i)][row]};
-  return scene.angle_length / double{rows.weight[row]} * normal.cross(lever) + double{rows.along[row]} * normal;
-}
 
 PairSet StepParts::search(const Configuration& pose, double margin, PairsOf of) {
   const Stage stage(times_ ? &times_->find : nullptr);
@@ -131,16 +134,7 @@ double StepParts::solve(RowSet& set, const Vector6& target) {
       back = std::max(back, static_cast<double>(-set.smallest_gap));
       break;
     }
-    double sum = 0, weights = 0, felt_weights = 0;
-    for (std::size_t k = 0; k < answer.certificate_count; ++k) {
-      const double weight = answer.certificate_weight[k] * static_cast<double>(set.weight[answer.certificate[k]]);
-      sum += answer.certificate_weight[k] * static_cast<double>(set.b[answer.certificate[k]]);
-      (answer.certificate[k] < set.guarded ? weights : felt_weights) += weight;
-    }
-    const bool felt_alone = felt_weights > 0;
-    const double further = std::max(sum / (felt_alone ? felt_weights : weights), 1e-6) * (1 + 1e-6);
-    for (std::uint32_t i = felt_alone ? set.guarded : 0; i < set.rows.count; ++i) set.b[i] -= static_cast<float>(further) * set.weight[i];
-    if (!felt_alone) back += further;
+    back += relax(set, answer);
   }
   if (answer.status == QpStatus::IterationLimit) {
     result.faults |= kQpStopped;
@@ -187,6 +181,18 @@ void StepParts::findActive(const PairSet& set) {
   answer.active_count = 0;
   for (std::size_t k = 0; k < memory.active_count; ++k)
     if (const std::uint32_t row = rowOf(set, memory.active_names[k]); row != ~0u) answer.active[answer.active_count++] = row;
+}
+
+Eigen::Vector3d armOf(const CompiledScene& scene, const RowSet& rows, std::uint32_t row, const RowName& name, const Eigen::Vector3d& normal,
+                      const Eigen::Matrix3d& rotation) {
+  if (!rows.along) {
+    const Sphere& ball = scene.tool.spheres[name.pair >> 16];
+    return rotation * centreOf(ball) - double{ball.radius} * normal;
+  }
+  // The row has the lever arm x normal, which leaves the part of the arm along the normal open.
+  Eigen::Vector3d lever;
+  for (int i = 0; i < 3; ++i) lever[i] = double{rows.rows.a[static_cast<std::size_t>(3 + i)][row]};
+  return scene.angle_length / double{rows.weight[row]} * normal.cross(lever) + double{rows.along[row]} * normal;
 }
 
 }  // namespace spheretree::runtime

@@ -64,10 +64,6 @@ class StepParts {
   bool rubs = true;            // false while the tool moves out of an object, when forces are meaningless
   Configuration contact_pose;  // pose of the tool at which the rows of the last solveContact() were made
 
-  /// From the reference point to the point of the tool that row `row` touches, whose unit normal is `normal` and whose
-  /// name is `name`; `rotation` is that of the pose at which the row was made. World axes.
-  Eigen::Vector3d armOf(const RowSet& rows, std::uint32_t row, const RowName& name, const Eigen::Vector3d& normal,
-                        const Eigen::Matrix3d& rotation) const;
   Vector6 scaledVector(const Displacement& d) const;
   Displacement displacement(const Vector6& y) const;
   /// Upper bound of the motion of a point of the tool [mm].
@@ -80,6 +76,11 @@ class StepParts {
   StageTimes* times_;
   PairSet felt_;  // of the last addFelt()
 };
+
+/// From the reference point to the point of the tool that row `row` touches, whose unit normal is `normal` and whose
+/// name is `name`; `rotation` is that of the pose at which the row was made. World axes.
+Eigen::Vector3d armOf(const CompiledScene& scene, const RowSet& rows, std::uint32_t row, const RowName& name, const Eigen::Vector3d& normal,
+                      const Eigen::Matrix3d& rotation);
 
 void constrainedStep(StepParts& parts, const Configuration& haptic);
 void publishedStep(StepParts& parts, const Configuration& haptic);

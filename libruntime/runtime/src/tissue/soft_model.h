@@ -15,6 +15,12 @@
 
 namespace spheretree::runtime {
 
+/// A point of a triangle of the skin.
+struct SkinPoint {
+  std::uint32_t triangle = 0;
+  std::array<double, 3> weight{};  // of the corners; >= 0, they add up to 1
+};
+
 struct SoftModel : TissueModel {
   /// A side of the skin or of a face, at rest: its length, and how it is bent, as the offset of its middle that follows
   /// from the angle between its end normals [mm].

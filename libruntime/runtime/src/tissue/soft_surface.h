@@ -4,8 +4,7 @@
 // outside of the step computes, instead of the shape at rest. The base moves there within about 40 ms, by at most
 // kAimMotion in a step.
 //
-// A force on a point of a triangle of the skin is distributed to the corners of the triangle, and from there to the
-// nodes with which they move. In one step forces move no point by more than SoftTissue::motion(): the search adds this
+// In one step forces move no point by more than SoftTissue::motion(): the search adds this
 // to its margin, so no contact is missed.
 // Units: mm, N; frame: axes of the object, origin at the centre of its shape. Deterministic; no allocation after
 // construction.
@@ -18,14 +17,10 @@
 
 #include "tissue/moved_skin.h"
 #include "tissue/soft_model.h"
+#include "tissue/surface_response.h"
+#include "tissue/tissue_base.h"
 
 namespace spheretree::runtime {
-
-/// A point of a triangle of the skin.
-struct SkinPoint {
-  std::uint32_t triangle = 0;
-  std::array<double, 3> weight{};  // of the corners; >= 0, they add up to 1
-};
 
 class SoftSurface {
  public:
@@ -34,6 +29,7 @@ class SoftSurface {
 
   MovedSkin& skin() { return skin_; }
   const MovedSkin& skin() const { return skin_; }
+  SurfaceResponse& response() { return response_; }
   bool isAtRest() const;
 
   /// Moves the base by `share` of its way, but no node by more than `max_motion` [mm]. In this step, forces move no
@@ -42,7 +38,7 @@ class SoftSurface {
   /// Returns to the shape that the surface had before the last call of beginStep().
   void takeBack();
   /// Sets the target of the base: x, y, z of each pressed node. `surface` must stay valid until the next call.
-  void aim(std::span<const float> surface);
+  void aim(std::span<const float> surface) { base_.aim(surface); }
   std::span<const float> forces() const { return force_; }
   /// Returns to the shape at rest.
   void reset();
@@ -53,9 +49,6 @@ class SoftSurface {
   double motionSoFar() const { return motion_so_far_; }
   /// Updates the patches of these pairs to the current shape.
   void putPatches(std::span<const std::uint32_t> pairs) { skin_.put(pairs, shift_); }
-  /// The point of a triangle that is nearest to `p`, approximately if its patch is curved. The patch must be up to
-  /// date.
-  SkinPoint pointAt(std::uint32_t triangle, const Eigen::Vector3d& p) const;
   /// Displacement of a point by the forces; travelled() adds that of the base.
   Eigen::Vector3d given(const SkinPoint& point) const { return meanOf(point, &Moved::given); }
   Eigen::Vector3d travelled(const SkinPoint& point) const { return meanOf(point, &Moved::travelled); }
@@ -64,31 +57,10 @@ class SoftSurface {
   Eigen::Vector3d ahead(const SkinPoint& point) const;
   Eigen::Vector3d movedInStep(const SkinPoint& point) const;
 
-  /// A force on a point, distributed to pressed nodes.
-  struct Press {
-    std::array<std::uint32_t, 9> node;
-    std::array<double, 9> weight;
-    std::size_t count = 0;
-  };
-  Press pressOn(const SkinPoint& point) const;
-
-  // Prediction of displacements without changing the state, only for nodes that move near points.
-  void forgetNear();
-  void addNear(std::uint32_t triangle);
-  std::size_t nearCount() const { return near_.size(); }
-  /// The displacement of each near node under a unit force on a point: by columns, along each axis of the force. Cost:
-  /// about 0.1 us for each pressed node of the point, and for each ten near nodes.
-  void respond(const Press& press, std::span<Eigen::Matrix3d> near) const;
-  /// The weighted mean of a field (near node: x, y, z) over the nodes of `of`.
-  Eigen::Vector3d meanOf(const Press& of, std::span<const double> near) const;
-  /// Sets the field that predicted() evaluates.
-  void predict(std::span<const double> near);
-  Eigen::Vector3d predicted(const SkinPoint& point) const;
-
   /// Sets the target forces of the next piece: none, or the current ones; press() then adds forces, one point after the
   /// other.
   void aimAt(bool from_now);
-  void press(const Press& on, const Eigen::Vector3d& force);
+  void press(const SurfaceResponse::Press& on, const Eigen::Vector3d& force);
   /// Moves by `share` from the forces at the call of aimAt() towards the target forces, or by less if a node would move
   /// too far in this step.
   /// Cost: about 5 us for 450 nodes and a few contacts.
@@ -105,34 +77,29 @@ class SoftSurface {
   const Moved& movedVertex(std::uint32_t v) const;
   Eigen::Vector3d meanOf(const SkinPoint& point, Eigen::Vector3d Moved::*of) const;
   Eigen::Vector3d fieldAt(const SkinPoint& point, const Field& field) const;
-  void followAim(double share, double max_motion);
+  std::array<Field*, 11> fields() {
+    return {&force_, &from_, &to_, &now_, &shift_, &from_now_, &to_now_, &start_force_, &start_, &bent_, &last_bent_};
+  }
   void findShift();
   void applyForces(const Field& forces, Field& out) const;
 
   const SoftModel& model_;
   MovedSkin skin_;
-  std::vector<std::array<std::uint32_t, 3>> corners_;  // (triangle) its vertices
-  Field force_, from_, to_;                            // current forces; forces at the beginning of the piece; target forces
-  Field now_, base_, shift_;                           // displacements by the forces; base; sum of both
-  Field from_now_, to_now_;                            // displacements by from_ and to_
-  Field start_force_, start_, start_base_;             // forces, displacements by them, and base, at the beginning of the step
-  Field bent_, last_bent_;                             // the shape is bent as for these displacements: now; in the last step
-  Field base_way_;                                     // if base_moves_: displacement of the base at the beginning of the step
-  double ahead_ = 0, from_ahead_ = 0;                  // share of it that the tool has not followed: now; at the beginning of the piece
-  bool base_moves_ = false;
-  bool is_pressed_ = false;                    // otherwise all forces are zero, and the displacements by them
-  bool knows_to_ = false;                      // to_now_ is up to date with to_
-  std::span<const float> aim_;                 // target of the base; empty: it does not move
-  double left_ = 0;                            // largest remaining way of a node to its target [mm]
-  double motion_ = kTissueMotion;              // largest motion of a node in this step by forces [mm]
-  double motion_so_far_ = 0;                   // in this step
-  bool has_moved_ = false;                     // since the beginning of the last step
-  std::vector<std::uint32_t> near_, near_at_;  // near pressed nodes; (pressed node) its index among them, or ~0u
-  std::vector<std::uint32_t> near_vertices_;
-  std::vector<char> is_near_;         // (vertex)
-  mutable std::vector<Moved> moved_;  // (vertex)
+  SurfaceResponse response_;
+  Field force_, from_, to_;  // current forces; forces at the beginning of the piece; target forces
+  TissueBase base_;
+  Field now_, shift_;                  // displacements by the forces; by base and forces
+  Field from_now_, to_now_;            // displacements by from_ and to_
+  Field start_force_, start_;          // forces, and displacements by them, at the beginning of the step
+  Field bent_, last_bent_;             // the shape is bent as for these displacements: now; in the last step
+  double ahead_ = 0, from_ahead_ = 0;  // share of the way of the base that the tool has not followed: now; at the beginning of the piece
+  bool is_pressed_ = false;            // otherwise all forces are zero, and the displacements by them
+  bool knows_to_ = false;              // to_now_ is up to date with to_
+  double motion_ = kTissueMotion;      // largest motion of a node in this step by forces [mm]
+  double motion_so_far_ = 0;           // in this step
+  bool has_moved_ = false;             // since the beginning of the last step
+  mutable std::vector<Moved> moved_;   // (vertex)
   std::uint32_t motions_ = 1;
-  std::vector<Eigen::Vector3f> predicted_;  // (vertex)
 };
 
 }  // namespace spheretree::runtime
