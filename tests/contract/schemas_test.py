@@ -135,6 +135,7 @@ def player(build: Path, program: Path, work: Path):
     check("run", run(play, work / "trees", "--clock", "stepped", "--seconds", "0.2", "--passivity-control", "--record", work / "played.csv", "--json"))
     check("recording_report", run(program, "report", work / "played.csv", "-o", work / "played.html", "--json"))
     check("cutting", run(play, "--compare-cutting", "--voxel-mm", "0.5", "--json"))
+    check("tools", run(play, "--compare-tools", "ball,edge", "--json"))
     check("device", run(play, "--measure", "--json"))
     run(build / "samples/make_samples/make_samples", "--cavity", work / "cavity")
     check("grade", run(program, "grade", recording_of(work / "cavity", 6000), "--volume-tolerance", "1", "--json"))

@@ -254,6 +254,18 @@ case_player_scenario() {
   says "only for paper and constrained" out
 }
 
+case_player_compare_tools() {
+  expect 0 --compare-tools ball,edge --chart tools.html
+  says "exact" out
+  says "512 leaves" out
+  says "How much model a tool needs" tools.html
+  expect 2 --compare-tools spoon
+  says "They are: ball, bur, edge" err
+  expect 2 --compare-tools ball --seconds 1
+  says "seconds is not for --compare-tools" err
+  expect 2 --depth-mm 1
+}
+
 case_player_compare_cutting() {
   expect 0 --compare-cutting --chart page.html
   says "^plunge at 0.5 mm/s  *constrained " out

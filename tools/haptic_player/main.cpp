@@ -41,6 +41,7 @@ struct Options {
   ViewOptions view;
   ScenarioOptions bench;
   CuttingOptions cutting;
+  ToolsOptions tools;
   std::string device, mode = "constrained", tissue = "large", contact = "skin", clock = "real", progress = "auto";
   std::filesystem::path measures;
   double seconds = 0;
@@ -78,15 +79,25 @@ int runBench(const CLI::App& cli, const Options& options, WorkProgress& progress
   return runScenarioCommand(options.bench, options.play.rate, contactOf(options), options.json, options.view, progress);
 }
 
-int runCutting(const CLI::App& cli, Options& options, builder::Progress& progress) {
-  constexpr std::array<std::string_view, 9> kUsed{"SCENE",   "--trajectory", "--compare-cutting", "--voxel-mm", "--chart",
-                                                  "--cache", "--json",       "--progress",        "--quiet"};
+/// Refuses all options but those `used`.
+void refuseOthers(const CLI::App& cli, std::initializer_list<std::string_view> used, const char* command) {
   for (const CLI::Option* option : cli.get_options())
-    if (option->count() > 0 && std::ranges::count(kUsed, option->get_name()) == 0)
-      throw UsageError(option->get_name() + " is not for --compare-cutting");
+    if (option->count() > 0 && std::ranges::count(used, option->get_name()) == 0)
+      throw UsageError(option->get_name() + " is not for " + command);
+}
+
+int runCutting(const CLI::App& cli, Options& options, builder::Progress& progress) {
+  refuseOthers(cli, {"SCENE", "--trajectory", "--compare-cutting", "--voxel-mm", "--chart", "--cache", "--json", "--progress", "--quiet"},
+               "--compare-cutting");
   options.cutting.scene = options.play.scene, options.cutting.trajectory = options.play.trajectory;
   options.cutting.chart = options.bench.chart, options.cutting.cache = options.bench.cache;
   return runCuttingCommand(options.cutting, options.json, progress);
+}
+
+int runTools(const CLI::App& cli, Options& options, WorkProgress& progress) {
+  refuseOthers(cli, {"--compare-tools", "--depth-mm", "--chart", "--cache", "--json", "--progress", "--quiet"}, "--compare-tools");
+  options.tools.chart = options.bench.chart, options.tools.cache = options.bench.cache;
+  return runToolsCommand(options.tools, options.json, progress);
 }
 
 void printSummary(const nlohmann::ordered_json& s) {
@@ -433,6 +444,19 @@ void addScenarioOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
       ->type_name("MM")
       ->check(numberIn(0.02, 1))
       ->needs(cutting);
+  CLI::Option* const tools =
+      cli.add_option("--compare-tools", o.tools.names,
+                     "Compare tools of 8 to 4,096 leaves and of hulls with the exact answer for their meshes: all, or names separated by "
+                     "commas of the tools ball, probe, mirror, bur and the bodies sphere, edge, groove, molar, side. Prints a table, or "
+                     "--json")
+          ->type_name("NAMES")
+          ->excludes(scenario)
+          ->excludes(cutting);
+  cli.add_option("--depth-mm", o.tools.depth,
+                 "With --compare-tools: depth of the hand below where the tool would touch, 0.01 to 3; default 0.5")
+      ->type_name("MM")
+      ->check(numberIn(0.01, 3))
+      ->needs(tools);
   cli.add_option("--out", o.bench.out, "With --scenario: folder for stability.json, recordings and models")
       ->type_name("DIR")
       ->needs(scenario);
@@ -443,10 +467,10 @@ void addScenarioOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
       ->needs(scenario);
   cli.add_option("--chart", o.bench.chart,
                  "With --scenario: also compare the --modes on four bodies and three sizes, and cutting, and write one page (.html); with "
-                 "--compare-cutting: the page of that; default: none")
+                 "--compare-cutting or --compare-tools: the page of that; default: none")
       ->type_name("FILE");
   cli.add_option("--cache", o.bench.cache,
-                 "With --scenario or --compare-cutting: folder that keeps the trees for the next run; default: none")
+                 "With --scenario and the comparisons: folder that keeps the trees for the next run; default: none")
       ->type_name("DIR");
   cli.add_option("--quality", o.bench.quality, "With --scenario: quality of the trees, quick or standard; default standard")
       ->type_name("NAME")
@@ -542,9 +566,10 @@ int run(const CLI::App& cli, Options& options) {
   const InterruptGuard guard(progress);
   const RunFiles files(progress, kProgram, options.force);
   if (options.compare_cutting) return runCutting(cli, options, progress);
+  if (!options.tools.names.empty()) return runTools(cli, options, progress);
   if (options.bench.scenario.empty())
     for (const char* name : {"--chart", "--cache"})
-      if (cli.count(name) > 0) throw UsageError(std::string(name) + " is for --scenario and --compare-cutting");
+      if (cli.count(name) > 0) throw UsageError(std::string(name) + " is for --scenario, --compare-cutting and --compare-tools");
   return options.bench.scenario.empty() ? runPlay(cli, options, progress) : runBench(cli, options, progress);
 }
 

@@ -14,5 +14,6 @@ int runScenarioCommand(const ScenarioOptions&, double, runtime::ContactSurface, 
 }
 
 int runCuttingCommand(const CuttingOptions&, bool, builder::Progress&) { throw tool::UsageError(kNotBuilt); }
+int runToolsCommand(const ToolsOptions&, bool, tool::WorkProgress&) { throw tool::UsageError(kNotBuilt); }
 
 }  // namespace spheretree::player

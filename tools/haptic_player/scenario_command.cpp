@@ -5,11 +5,13 @@
 #include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <stdexcept>
 #include <thread>
 
 #include "comparison/comparison.h"
 #include "comparison/cutting.h"
+#include "comparison/tool_models.h"
 #include "program_end.h"
 #include "run/play.h"
 #include "run_files.h"
@@ -124,6 +126,26 @@ int runCuttingCommand(const CuttingOptions& options, bool json, builder::Progres
   else
     writeResult(cuttingTable(rows));
   if (!options.chart.empty()) writeCuttingPage(options.chart, rows, options.voxel);
+  return kExitOk;
+}
+
+int runToolsCommand(const ToolsOptions& options, bool json, WorkProgress& progress) {
+  if (!options.chart.empty()) RunFiles().willWrite(options.chart, {".html"}, "the page");
+  std::vector<std::string> names;
+  for (std::istringstream list(options.names); names.emplace_back(), std::getline(list, names.back(), ',');) {
+  }
+  names.pop_back();
+  if (names == std::vector<std::string>{"all"}) names.clear();
+  progress.stage("paths of the hand");
+  const std::vector<ToolCourse> courses = chosen([&] { return toolBench(names, options.depth, progress); });
+  BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Skin, progress, options.cache);
+  const std::vector<ToolModel> models = toolModels();
+  const std::vector<ToolRow> rows = compareTools(courses, models, bodies, progress);
+  if (json)
+    printResult("%s\n", toolJson(rows).dump(1).c_str());
+  else
+    writeResult(toolTable(rows));
+  if (!options.chart.empty()) writeToolPage(options.chart, rows, options.depth);
   return kExitOk;
 }
 

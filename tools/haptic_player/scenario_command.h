@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// haptic-player --scenario, --list and --compare-cutting.
+// haptic-player --scenario, --list, --compare-cutting and --compare-tools.
 #pragma once
 
 #include <filesystem>
@@ -24,11 +24,19 @@ struct CuttingOptions {
   double voxel = 0.1;  // edge [mm]
 };
 
+/// Which tools and bodies of comparison/tool_models.h, separated by commas, or "all"; how deep the hand is [mm].
+struct ToolsOptions {
+  std::string names;
+  double depth = 0.5;
+  std::filesystem::path cache, chart;
+};
+
 /// All return an exit code. `rate`: servo steps in a second [Hz].
 /// @throws tool::UsageError, also where the program was built without the builders, which make the scenarios' trees.
 int listScenarios();
 int runScenarioCommand(const ScenarioOptions& options, double rate, runtime::ContactSurface contact, bool json, const ViewOptions& view,
                        tool::WorkProgress& progress);
 int runCuttingCommand(const CuttingOptions& options, bool json, builder::Progress& progress);
+int runToolsCommand(const ToolsOptions& options, bool json, tool::WorkProgress& progress);
 
 }  // namespace spheretree::player

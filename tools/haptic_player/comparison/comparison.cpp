@@ -96,8 +96,6 @@ const Body& bodyOf(const ScenarioContext& context, const std::string& body, int 
   return context.bodies.make(body + "_" + std::to_string(leaves), BodyLibrary::mesh(body), settings);
 }
 
-double degreesBetween(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi; }
-
 ComparisonRow measure(const Body& ball, const Body& body, const Course& course, Mode mode, bool on_leaves, std::size_t leaves) {
   ScenarioRun::Options options;
   options.contact = on_leaves ? runtime::ContactSurface::Leaves : runtime::ContactSurface::Skin;

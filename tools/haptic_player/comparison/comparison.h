@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "comparison/cutting.h"
+#include "comparison/tool_models.h"
 #include "scenarios/stability.h"
 
 namespace spheretree::player {
@@ -55,5 +56,7 @@ void writeComparison(const std::filesystem::path& out, std::span<const Compariso
                      std::span<const ScenarioResult> scenarios, std::span<const Mode> modes);
 /// Writes a page of cutting alone. `edge`: of the voxels [mm]. @throws formats::FileError
 void writeCuttingPage(const std::filesystem::path& out, std::span<const CuttingRow> cutting, double edge);
+/// Writes a page of models of tools. `depth`: of the hand [mm]. @throws formats::FileError
+void writeToolPage(const std::filesystem::path& out, std::span<const ToolRow> rows, double depth);
 
 }  // namespace spheretree::player

@@ -19,6 +19,7 @@
 #include "run/run_statistics.h"
 #include "scene/compiled_scene.h"
 #include "state/step_memory.h"
+#include "text_table.h"
 
 namespace spheretree::player {
 namespace {
@@ -183,15 +184,7 @@ std::vector<CuttingRow> compareCutting(const CuttingCourse& course, double edge,
 std::string cuttingTable(std::span<const CuttingRow> rows) {
   std::vector<std::vector<std::string>> lines{kHeads};
   for (const CuttingRow& row : rows) lines.push_back(cellsOf(row));
-  std::vector<std::size_t> widths(kHeads.size());
-  for (const std::vector<std::string>& line : lines)
-    for (std::size_t k = 0; k < line.size(); ++k) widths[k] = std::max(widths[k], line[k].size() + 2);
-  std::string text;
-  for (std::vector<std::string>& line : lines) {
-    for (std::size_t k = 0; k + 1 < line.size(); ++k) text += line[k].append(widths[k] - line[k].size(), ' ');
-    text += line.back() + "\n";
-  }
-  return text;
+  return tool::textTable(lines);
 }
 
 nlohmann::ordered_json cuttingJson(std::span<const CuttingRow> rows, double edge) {
