@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "base/ball.h"
+#include "base/sum_in_order.h"
 #include "mesh/half_edges.h"
 #include "mesh/projected_cover.h"
 
@@ -76,10 +77,13 @@ class MeshSimplifier::Collapses {
     points_.reserve(mesh.positions.size());
     for (const Vector3d& p : mesh.positions) points_.push_back((p - box.center()) / scale_);
     quadrics_.assign(points_.size(), Quadric::Zero());
-    for (const Triangle& t : mesh.triangles) {
-      const Quadric q = planeOf(points_[t[0]], points_[t[1]], points_[t[2]]);
-      for (const std::uint32_t v : t) quadrics_[v] += q;
-    }
+    const auto plane = [&](std::size_t t) {
+      const auto [a, b, c] = mesh.triangles[t];
+      return planeOf(points_[a], points_[b], points_[c]);
+    };
+    addInOrder<Quadric>(mesh.triangles.size(), plane, [&](std::size_t t, const Quadric& q) {
+      for (const std::uint32_t v : mesh.triangles[t]) quadrics_[v] += q;
+    });
     begin();
   }
 
