@@ -15,6 +15,7 @@
 #include "certify/certify_levels.h"
 #include "certify/overhang_bound.h"
 #include "certify/prove_tree.h"
+#include "cover/relax_cover.h"
 #include "geometry/distance_field.h"
 #include "hulls/build_hulls.h"
 #include "level_search.h"
@@ -70,6 +71,20 @@ DistanceField gradedField(const TriangleMesh& mesh, const TriangleMesh& sheets, 
   return DistanceField(mesh, slack, sheets);
 }
 
+// Where the simplified surface is off by a share of the stand-off, as if the mesh is noisy, the balls move to where
+// they cover the mesh itself. With a tolerance, the search has kept that much in reserve.
+void relax(LevelBalls& levels, const SimplifiedInput& search, const BuildSettings& settings, const CertificationTarget& target,
+           Progress& progress) {
+  if (search.simplified_triangles == 0 || !settings.searches() || settings.tolerance_mm > 0 || settings.soft_share > 0) return;
+  std::vector<char> is_used(target.mesh.positions.size(), 0);
+  for (const Triangle& t : target.mesh.triangles)
+    for (const std::uint32_t v : t) is_used[v] = 1;
+  std::vector<Vector3d> points;
+  for (std::size_t v = 0; v < is_used.size(); ++v)
+    if (is_used[v]) points.push_back(target.mesh.positions[v]);
+  for (std::vector<Ball>& balls : levels.balls) relaxCover(target.field, points, search.distance_bound_mm, balls, progress);
+}
+
 // The levels for the settings, searched on the simplified input and certified against the target.
 CertifiedLevels certifiedLevels(const SimplifiedInput& search, const BuildSettings& settings, const CertificationTarget& target,
                                 StageClock& clock, Progress& progress) {
@@ -82,6 +97,7 @@ CertifiedLevels certifiedLevels(const SimplifiedInput& search, const BuildSettin
     progress.stage("balls");
     LevelBalls levels = inFrameOfMesh(builder.build(tried, progress), search.pose);
     if (levels.balls.size() > max_levels) levels.balls.resize(max_levels);
+    relax(levels, search, tried, target, progress);
     clock.finish("balls");
     progress.stage("certify");
     CertifiedLevels out = certifyLevels(target, levels, progress);

@@ -100,6 +100,17 @@ class MeshSimplifier::Collapses {
     return dropRemoved();
   }
 
+  std::vector<Triangle> remove(std::span<const std::uint32_t> vertices) {
+    max_cost_ = kInfinity;
+    for (const std::uint32_t v : vertices) {
+      best_[v] = cheapest(v);
+      if (!(best_[v].cost < kInfinity) || !edges_.canCollapse(best_[v].half_edge)) continue;
+      collapse(v);
+      left_ -= 2;
+    }
+    return dropRemoved();
+  }
+
   std::size_t triangles() const { return left_; }
   const std::vector<std::uint32_t>& vertex() const { return vertex_; }
 
@@ -476,9 +487,13 @@ MeshSimplifier::MeshSimplifier(const TriangleMesh& mesh, Progress& progress)
 MeshSimplifier::~MeshSimplifier() = default;
 std::size_t MeshSimplifier::triangles() const { return collapses_->triangles(); }
 
-TriangleMesh MeshSimplifier::reduce(std::size_t triangles, double max_error) {
+TriangleMesh MeshSimplifier::reduce(std::size_t triangles, double max_error) { return withVertices(collapses_->run(triangles, max_error)); }
+
+TriangleMesh MeshSimplifier::remove(std::span<const std::uint32_t> vertices) { return withVertices(collapses_->remove(vertices)); }
+
+TriangleMesh MeshSimplifier::withVertices(std::vector<Triangle> triangles) const {
   TriangleMesh result;
-  result.triangles = collapses_->run(triangles, max_error);
+  result.triangles = std::move(triangles);
   for (const std::uint32_t v : collapses_->vertex()) result.positions.push_back(mesh_->positions[v]);
   return result;
 }
