@@ -404,11 +404,11 @@ class PieceBound {
     if (isTight(smallest)) return smallest;
     // The triangles that are nearest to the corners may lie beside the piece.
     const std::array<Vector3d, 3> corners{piece[0].p, piece[1].p, piece[2].p};
-    std::array<std::uint32_t, 4> start{face[0], face[1], face[2]};
-    for (std::size_t i = 0; i < start.size(); ++i) {
-      if (i == 3) start[i] = field_.nearest((corners[0] + corners[1] + corners[2]) / 3).triangle;
-      if (std::find(start.begin(), start.begin() + i, start[i]) != start.begin() + i) continue;
-      const double covered = cover_.distance(corners, start[i], floor_, allowed_);
+    const std::uint32_t searches = cover_.searches();
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::uint32_t start = i < 3 ? face[i] : field_.nearest((corners[0] + corners[1] + corners[2]) / 3).triangle;
+      if (cover_.hasMet(start, searches)) continue;
+      const double covered = cover_.distance(corners, start, floor_, allowed_);
       if (suffices(covered)) return smallest;
       if (!cover_.farthest()) continue;
       found_ = std::max(found_, field_.distance(*cover_.farthest()));
