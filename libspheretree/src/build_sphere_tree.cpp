@@ -9,11 +9,13 @@
 #include <numbers>
 #include <utility>
 
+#include "base/run_beside.h"
 #include "base/useful_threads.h"
 #include "build_levels.h"
 #include "certify/certify_levels.h"
 #include "certify/overhang_bound.h"
 #include "certify/prove_tree.h"
+#include "cover/relax_cover.h"
 #include "geometry/distance_field.h"
 #include "hulls/build_hulls.h"
 #include "level_search.h"
@@ -69,6 +71,20 @@ DistanceField gradedField(const TriangleMesh& mesh, const TriangleMesh& sheets, 
   return DistanceField(mesh, slack, sheets);
 }
 
+// Where the simplified surface is off by a share of the stand-off, as if the mesh is noisy, the balls move to where
+// they cover the mesh itself. With a tolerance, the search has kept that much in reserve.
+void relax(LevelBalls& levels, const SimplifiedInput& search, const BuildSettings& settings, const CertificationTarget& target,
+           Progress& progress) {
+  if (search.simplified_triangles == 0 || !settings.searches() || settings.tolerance_mm > 0 || settings.soft_share > 0) return;
+  std::vector<char> is_used(target.mesh.positions.size(), 0);
+  for (const Triangle& t : target.mesh.triangles)
+    for (const std::uint32_t v : t) is_used[v] = 1;
+  std::vector<Vector3d> points;
+  for (std::size_t v = 0; v < is_used.size(); ++v)
+    if (is_used[v]) points.push_back(target.mesh.positions[v]);
+  for (std::vector<Ball>& balls : levels.balls) relaxCover(target.field, points, search.distance_bound_mm, balls, progress);
+}
+
 // The levels for the settings, searched on the simplified input and certified against the target.
 CertifiedLevels certifiedLevels(const SimplifiedInput& search, const BuildSettings& settings, const CertificationTarget& target,
                                 StageClock& clock, Progress& progress) {
@@ -81,6 +97,7 @@ CertifiedLevels certifiedLevels(const SimplifiedInput& search, const BuildSettin
     progress.stage("balls");
     LevelBalls levels = inFrameOfMesh(builder.build(tried, progress), search.pose);
     if (levels.balls.size() > max_levels) levels.balls.resize(max_levels);
+    relax(levels, search, tried, target, progress);
     clock.finish("balls");
     progress.stage("certify");
     CertifiedLevels out = certifyLevels(target, levels, progress);
@@ -127,18 +144,20 @@ double minTolerance(const SphereTree& tree, const CertificationTarget& target) {
   return worst;
 }
 
+struct SkinOrNote {
+  Skin skin;
+  std::string note;  // why there is none
+};
+
 // The tolerance of the skin does not depend on the overhang of the leaves, since the tool rests on the skin.
 // A file holds a skin within 1e7 mm of its origin (skin.h); patches that swing out of the box need some of that.
-void addSkin(const TriangleMesh& mesh, const SurfaceWithSheets& surface, const BuildSettings& settings, const SimplifiedInput& search,
-             SphereTree& tree, std::vector<std::string>& notes, Progress& progress) {
-  if (!settings.skin) return;
-  const Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+SkinOrNote makeSkin(const TriangleMesh& mesh, const SurfaceWithSheets& surface, const BuildSettings& settings,
+                    const SimplifiedInput& search, const Vector3d& origin, Progress& progress) {
+  if (!settings.skin) return {};
   const Eigen::AlignedBox3d& box = surface.field.box();
   const double reach = std::max((box.min() - origin).cwiseAbs().maxCoeff(), (box.max() - origin).cwiseAbs().maxCoeff());
-  if (reach > kMaxSkinReach) {
-    notes.push_back("no skin: the mesh is larger than the 10 km that a skin can have. If its numbers are not mm, give --unit.");
-    return;
-  }
+  if (reach > kMaxSkinReach)
+    return {{}, "no skin: the mesh is larger than the 10 km that a skin can have. If its numbers are not mm, give --unit."};
   SkinSettings skin;
   skin.tolerance = settings.skin_tolerance_mm > 0 ? settings.skin_tolerance_mm
                    : settings.tolerance_mm > 0    ? settings.tolerance_mm
@@ -147,8 +166,8 @@ void addSkin(const TriangleMesh& mesh, const SurfaceWithSheets& surface, const B
   std::vector<double> graded = settings.tolerance_of_triangle_mm;
   for (double& tolerance : graded) tolerance += skin.tolerance - settings.tolerance_mm;
   skin.tolerance_of_triangle = graded;
-  tree.skin =
-      buildSkin(mesh, surface.sheets, surface.field, origin, skin, progress, search.simplifier.get(), search.simplifier_distance_mm);
+  return {buildSkin(mesh, surface.sheets, surface.field, origin, skin, progress, search.simplifier.get(), search.simplifier_distance_mm),
+          {}};
 }
 
 // The search tree over the leaves, for traversals that go down to them.
@@ -212,7 +231,12 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
 
   const TriangleMesh to_cover = joined(mesh, cover_too);  // triangles of both; it does not matter whether they share vertices
   const CertificationTarget target{to_cover, is_graded ? graded : field, chooseOrigin(field), settings.seed};
-  CertifiedLevels levels = certifiedLevels(search, settings, target, clock, progress);
+  CertifiedLevels levels;
+  SkinOrNote skin;
+  runBeside(
+      progress, [&] { levels = certifiedLevels(search, settings, target, clock, progress); },
+      [&](Progress& part) { skin = makeSkin(mesh, surface, settings, search, target.origin, part); });
+  clock.finish("skin");
   statistics.certified_pieces = levels.pieces;
 
   progress.stage("hierarchy");
@@ -228,9 +252,8 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   addSearchTree(tree);
   clock.finish("hierarchy");
 
-  progress.stage("skin");
-  addSkin(mesh, surface, settings, search, tree, statistics.notes, progress);
-  clock.finish("skin");
+  tree.skin = std::move(skin.skin);
+  if (!skin.note.empty()) statistics.notes.push_back(skin.note);
   if (settings.hulls) {
     progress.stage("hulls");
     addHulls(to_cover, field, settings, tree, statistics.notes, progress);

@@ -21,7 +21,9 @@ namespace {
 // Number of triangles that the search needs: with 200 for each leaf, the simplified surface differs by a few hundredths
 // of the leaves' overhang.
 constexpr std::size_t kTrianglesALeaf = 200, kMinTriangles = 20000;
-constexpr double kMaxOfTolerance = 0.1;  // share of the tolerance that simplification may use
+constexpr std::size_t kMaxCrossings = 1000;  // pairs of crossing triangles: with more, the walls are thinner than the triangles
+constexpr int kRemovals = 8;                 // times that the corners of crossing triangles are removed
+constexpr double kMaxOfTolerance = 0.1;      // share of the tolerance that simplification may use
 constexpr double kSliver =
     16;  // height in units of the rounding, up to which rounding may turn over a triangle, so that it overlaps its neighbours
 
@@ -35,6 +37,33 @@ bool hasSlivers(const TriangleMesh& posed) {
   return false;
 }
 
+// Whether the simplified mesh is sound. Where it crosses itself, as in the folds of a noisy scan, the corners of the
+// triangles that cross are removed, each time with one more ring of vertices around them.
+bool isSound(MeshSimplifier& simplifier, TriangleMesh& simplified, Progress& progress) {
+  for (int round = 0;; ++round) {
+    const MeshReport report = checkMesh(simplified, kMaxCrossings, progress);
+    if (report.clean()) return true;
+    std::vector<char> is_removed(simplified.positions.size(), 0);
+    const auto remove = [&](const Triangle& t) {
+      for (const std::uint32_t v : t) is_removed[v] = 1;
+    };
+    for (const Defect& defect : report.defects) {
+      if (round == kRemovals || defect.kind != DefectKind::SelfIntersection || defect.count > defect.first.size()) return false;
+      for (const Place& place : defect.first)
+        for (const std::uint32_t t : place.triangles) remove(simplified.triangles[t]);
+    }
+    for (int ring = 0; ring < round; ++ring) {
+      const std::vector<char> inner = is_removed;
+      for (const Triangle& t : simplified.triangles)
+        if (inner[t[0]] || inner[t[1]] || inner[t[2]]) remove(t);
+    }
+    std::vector<std::uint32_t> vertices;
+    for (std::uint32_t v = 0; v < is_removed.size(); ++v)
+      if (is_removed[v]) vertices.push_back(v);
+    simplified = simplifier.remove(vertices);
+  }
+}
+
 // Reduces the triangles and computes their field; false if that is impossible or not worthwhile.
 bool simplify(SimplifiedInput& search, const TriangleMesh& mesh, std::span<const std::uint32_t> vertex, const TriangleMesh& sheets,
               const BuildSettings& settings, Progress& progress) {
@@ -45,8 +74,9 @@ bool simplify(SimplifiedInput& search, const TriangleMesh& mesh, std::span<const
   progress.stage("simplify");
   search.simplifier = std::make_unique<MeshSimplifier>(search.mesh, progress);
   TriangleMesh simplified = search.simplifier->reduce(wanted);
+  const bool is_sound = isSound(*search.simplifier, simplified, progress);
   search.simplifier->moveTo(mesh, vertex, search.pose.scale);
-  if (!checkMesh(simplified, kPlacesListed, progress).clean()) return false;
+  if (!is_sound) return false;
   progress.check();
   DistanceField field(simplified);
   const double bound = search.pose.scale * (distanceBound(search.mesh, field, progress) + kPoseRounding);

@@ -3,6 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
+#include "base/random.h"
+#include "mesh/canonical_order.h"
+#include "mesh/simplify_mesh.h"
+#include "spheretree/builder/mesh_checks.h"
 #include "spheretree/core/mesh_edit.h"
 #include "support/shapes.h"
 
@@ -75,6 +81,23 @@ TEST(SimplifiedInput, AMeshFinerThanItsLeavesIsSimplified) {
   for (const Vector3d& p : mesh.positions)
     ASSERT_LE(search.pose.scale * search.field.distance(search.pose.turn.transpose() * (p - search.pose.centre) / search.pose.scale),
               search.distance_bound_mm);
+}
+
+// Noise as large as a triangle makes it fold over itself in some places once it is simplified.
+TEST(SimplifiedInput, FoldsOfANoisyMeshAreRemoved) {
+  TriangleMesh mesh = test::sphereMesh(3, 7);
+  std::mt19937_64 random(1);
+  for (Vector3d& p : mesh.positions) p += 0.02 * (2 * randomUnit(random) - 1) * p.normalized();
+  ASSERT_TRUE(checkMesh(mesh).clean());
+  BuildSettings settings;
+  settings.levels = 2;
+  Progress progress;
+  const TriangleMesh ordered = inCanonicalOrder(inPose(mesh, canonicalPose(mesh))).mesh;
+  EXPECT_FALSE(checkMesh(simplifyMesh(ordered, 20'000, progress)).clean()) << "the case is no case";
+  const SimplifiedInput search = simplifyInput(mesh, {}, {}, settings, progress);
+  EXPECT_GT(search.simplified_triangles, 19'000u);
+  EXPECT_LE(search.simplified_triangles, 20'000u);
+  EXPECT_TRUE(checkMesh(search.mesh).clean());
 }
 
 // The search covers all of it, but distances are to the solid and to the sheets outside.

@@ -4,10 +4,11 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
+#include "base/run_beside.h"
 #include "cover/farthest_points.h"
 #include "geometry/surface_samples.h"
 #include "tree/hierarchy.h"
@@ -76,8 +77,15 @@ LevelBalls CoverBuilder::build(const BuildSettings& settings, Progress& progress
   std::size_t full = 1;
   for (int level = 1; level < settings.levels; ++level) full *= static_cast<std::size_t>(settings.branching);
   const std::size_t budget = settings.max_leaves > 0 ? std::min(full, static_cast<std::size_t>(settings.max_leaves)) : full;
-  if (settings.tolerance_mm > 0) return levelsAbove(coverWithin(settings.tolerance_mm, budget, progress), full, settings, progress);
-  return levelsAbove(cover(budget, progress), full, settings, progress);
+  // With a tolerance, only as many spheres above as the leaves need as parents.
+  std::optional<Cover> leaves;
+  if (settings.tolerance_mm > 0) leaves = coverWithin(settings.tolerance_mm, budget, progress);
+  const std::size_t count = leaves ? leaves->balls.size() : budget;
+  std::vector<std::size_t> counts(static_cast<std::size_t>(settings.levels), 1);
+  for (std::size_t level = 1; level < counts.size(); ++level)
+    counts[level] = std::min(counts[level - 1] * static_cast<std::size_t>(settings.branching), count);
+  if (count < full && (settings.tolerance_mm > 0 || settings.max_leaves > 0)) counts = levelCounts(count, settings.branching);
+  return levels(counts, leaves ? &*leaves : nullptr, progress);
 }
 
 // The search for `spheres` balls, from farthest points or the given balls.
@@ -110,12 +118,23 @@ std::vector<Ball> CoverBuilder::startFor(std::size_t spheres) const {
 }
 
 // The cover with the smallest stand-off that was found for this number of spheres.
-const Cover& CoverBuilder::cover(std::size_t spheres, Progress& progress) {
-  if (const auto known = covers_.find(spheres); known != covers_.end()) return known->second;
+Cover CoverBuilder::newCover(std::size_t spheres, Progress& progress) const {
   CoverSearch search = startSearch(spheres, seed_, progress);
   search.lower(0, progress);
   search.close(progress);
-  return covers_[spheres] = search.cover();
+  return search.cover();
+}
+
+// Completes covers_ by these numbers of spheres, which ascend. The searches for the smaller ones run beside the last,
+// which takes longest.
+void CoverBuilder::findCovers(std::span<const std::size_t> counts, Progress& progress) {
+  if (counts.empty()) return;
+  const std::span<const std::size_t> smaller = counts.first(counts.size() - 1);
+  if (covers_.contains(counts.back()) || (!smaller.empty() && smaller.back() == counts.back())) return findCovers(smaller, progress);
+  Cover cover;
+  runBeside(
+      progress, [&] { cover = newCover(counts.back(), progress); }, [&](Progress& part) { findCovers(smaller, part); });
+  covers_[counts.back()] = std::move(cover);
 }
 
 // The smallest number of leaves found, starting from the leaves of the last tolerance if there was one, otherwise from
@@ -144,34 +163,23 @@ Cover CoverBuilder::coverWithin(double stand_off, std::size_t max_leaves, Progre
   if (smallest.balls.size() > 1) return smallest;
   // If one ball keeps the tolerance, uses the one with the smallest stand-off. Only for one ball is this worth the
   // time.
-  const Cover& lowest = cover(1, progress);
+  findCovers(std::array<std::size_t, 1>{1}, progress);
+  const Cover& lowest = covers_[1];
   return lowest.stand_off < smallest.stand_off ? lowest : smallest;
 }
 
-/// The levels above `leaves`, each with the largest allowed number of balls; `full`: number of leaves of a full tree.
-LevelBalls CoverBuilder::levelsAbove(Cover leaves, std::size_t full, const BuildSettings& settings, Progress& progress) {
-  // With a tolerance, only as many spheres above as the leaves need as parents.
-  std::vector<std::size_t> counts(static_cast<std::size_t>(settings.levels), 1);
-  for (std::size_t level = 1; level < counts.size(); ++level)
-    counts[level] = std::min(counts[level - 1] * static_cast<std::size_t>(settings.branching), leaves.balls.size());
-  if (leaves.balls.size() < full && (settings.tolerance_mm > 0 || settings.max_leaves > 0))
-    counts = levelCounts(leaves.balls.size(), settings.branching);
-  std::vector<Cover> covers(counts.size());
-  covers.back() = std::move(leaves);
-  const std::size_t total = std::accumulate(counts.begin(), counts.end(), std::size_t{0});
-  std::size_t done = 0;
-  for (std::size_t level = counts.size() - 1; level-- > 0;) {
-    done += counts[level + 1];
-    progress.advance(static_cast<double>(done) / static_cast<double>(total));  // the time is proportional to the spheres
-    covers[level] = cover(std::min(counts[level], covers[level + 1].balls.size()), progress);
-  }
-  LevelBalls levels;
+// Levels of these numbers of balls, of which the last are `leaves` if they are given.
+LevelBalls CoverBuilder::levels(std::span<const std::size_t> counts, const Cover* leaves, Progress& progress) {
+  findCovers(leaves ? counts.first(counts.size() - 1) : counts, progress);
+  std::vector<Cover> covers;
+  for (const std::size_t count : counts) covers.push_back(leaves && covers.size() + 1 == counts.size() ? *leaves : covers_.at(count));
+  LevelBalls out;
   for (std::size_t level = 0; level < covers.size(); ++level) {
     // On a round object, eight balls may have a smaller overhang than 64, for each of which less work is spent.
     if (level > 0 && covers[level].stand_off > covers[level - 1].stand_off) covers[level] = covers[level - 1];
-    levels.balls.push_back(covers[level].balls);
+    out.balls.push_back(covers[level].balls);
   }
-  return levels;
+  return out;
 }
 
 }  // namespace spheretree::builder

@@ -35,9 +35,10 @@ class CoverBuilder {
  private:
   std::vector<Ball> startFor(std::size_t spheres) const;
   CoverSearch startSearch(std::size_t spheres, std::uint64_t seed, Progress& progress) const;
-  const Cover& cover(std::size_t spheres, Progress& progress);
+  Cover newCover(std::size_t spheres, Progress& progress) const;
+  void findCovers(std::span<const std::size_t> counts, Progress& progress);
   Cover coverWithin(double stand_off, std::size_t max_leaves, Progress& progress);
-  LevelBalls levelsAbove(Cover leaves, std::size_t full, const BuildSettings& settings, Progress& progress);
+  LevelBalls levels(std::span<const std::size_t> counts, const Cover* leaves, Progress& progress);
 
   const TriangleMesh& mesh_;
   const DistanceField& field_;

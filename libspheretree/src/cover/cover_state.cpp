@@ -16,9 +16,8 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-constexpr std::size_t kMaxTakers = 6;  // largest number of balls that are tried for a sample
-constexpr int kDropRounds = 8;         // rounds in which a ball gives up samples for a new one
-constexpr int kRefitSteps = 14;
+constexpr std::size_t kMaxTakers = 6;               // largest number of balls that are tried for a sample
+constexpr int kDropRounds = 8;                      // rounds in which a ball gives up samples for a new one
 constexpr std::uint64_t kTabu = 8;                  // largest number of moves for which a ball that gave up samples is tried last
 constexpr std::array<double, 2> kDepths{0.5, 0.9};  // shares of the goal: gaps of a sample to the new balls that are tried for it; at
                                                     // an edge no inscribed ball touches the sample
@@ -274,7 +273,7 @@ double CoverState::costToTake(std::uint32_t b, std::uint32_t s, double target, B
   double cost = 0;
   for (int round = 0;; ++round) {
     const double width = std::sqrt(goal_ * (2 * std::max(trial.radius, 0.0) + goal_));
-    const Refit refit = refitBall(field_, patch_, trial.centre, trial.radius, kFirstStepShare * width, kRefitSteps, goal_);
+    const Refit refit = refitBall(field_, patch_, trial.centre, trial.radius, kFirstStepShare * width, kCoverRefitSteps, goal_);
     trial = {refit.centre, refit.clearance};
     work_ += refit.work;
     const double stand_off = trial.radius > 0 ? refit.stand_off : comeInside(trial, refit.stand_off);

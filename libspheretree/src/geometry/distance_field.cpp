@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "base/ball.h"
+#include "base/sum_in_order.h"
 
 namespace spheretree::builder {
 
@@ -88,11 +89,12 @@ DistanceField::DistanceField(const TriangleMesh& mesh, std::span<const double> s
   placeFaces(mesh, slack, sheets);
   // Summed in the order of the input, so that the results do not depend on the tree.
   const Vector3d middle = box_.center();
-  for (std::size_t t = 0; t < solid_; ++t) {
+  const auto measures = [&](std::size_t t) {
     const Vector3d a = mesh.corner(t, 0) - middle, b = mesh.corner(t, 1) - middle, c = mesh.corner(t, 2) - middle;
-    area_ += 0.5 * (b - a).cross(c - a).norm();
-    volume_ += a.dot(b.cross(c)) / 6.0;
-  }
+    return std::array<double, 2>{0.5 * (b - a).cross(c - a).norm(), a.dot(b.cross(c)) / 6.0};
+  };
+  addInOrder<std::array<double, 2>>(solid_, measures,
+                                    [&](std::size_t, const std::array<double, 2>& of) { area_ += of[0], volume_ += of[1]; });
   findPseudonormals(mesh);
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/random.h"
+#include "base/sum_in_order.h"
 
 namespace spheretree::builder {
 
@@ -27,23 +28,24 @@ std::vector<SharpEdge> findSharpEdges(const TriangleMesh& mesh, double angle) {
   struct HalfEdge {
     std::uint32_t low, high, triangle;
   };
-  std::vector<HalfEdge> edges;
-  edges.reserve(3 * mesh.triangles.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-      edges.push_back({std::min(a, b), std::max(a, b), static_cast<std::uint32_t>(t)});
-    }
+  std::vector<HalfEdge> edges(3 * mesh.triangles.size());
+  forEachIndex(edges.size(), [&](std::size_t i) {
+    const std::size_t t = i / 3, k = i % 3;
+    const std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
+    edges[i] = {std::min(a, b), std::max(a, b), static_cast<std::uint32_t>(t)};
+  });
   tbb::parallel_sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
     return a.low != b.low ? a.low < b.low : a.high != b.high ? a.high < b.high : a.triangle < b.triangle;
   });
   const double limit = std::cos(angle);
+  const auto normalOf = [&](std::size_t i) { return Vector3d(areaVector(mesh, edges[i].triangle).normalized()); };
+  const auto isSharp = [&](std::size_t i) -> char {
+    return edges[i].low == edges[i + 1].low && edges[i].high == edges[i + 1].high && normalOf(i).dot(normalOf(i + 1)) < limit;
+  };
   std::vector<SharpEdge> sharp;
-  for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
-    if (edges[i].low != edges[i + 1].low || edges[i].high != edges[i + 1].high) continue;
-    const Vector3d a = areaVector(mesh, edges[i].triangle).normalized(), b = areaVector(mesh, edges[i + 1].triangle).normalized();
-    if (a.dot(b) < limit) sharp.push_back({edges[i].low, edges[i].high, edges[i].triangle, (a + b).normalized()});
-  }
+  addInOrder<char>(edges.empty() ? 0 : edges.size() - 1, isSharp, [&](std::size_t i, char is_sharp) {
+    if (is_sharp) sharp.push_back({edges[i].low, edges[i].high, edges[i].triangle, (normalOf(i) + normalOf(i + 1)).normalized()});
+  });
   return sharp;
 }
 
@@ -54,7 +56,9 @@ std::vector<SurfaceSample> sampleSurface(const TriangleMesh& mesh, const SampleS
   std::vector<SurfaceSample> samples;
   const std::size_t triangles = mesh.triangles.size();
   std::vector<double> cumulative(triangles + 1, 0);
-  for (std::size_t t = 0; t < triangles; ++t) cumulative[t + 1] = cumulative[t] + areaVector(mesh, t).norm();
+  addInOrder<double>(
+      triangles, [&](std::size_t t) { return areaVector(mesh, t).norm(); },
+      [&](std::size_t t, double area) { cumulative[t + 1] = cumulative[t] + area; });
   const double area = cumulative.back();
   if (!(area > 0) || settings.count == 0) return samples;
   samples.reserve(settings.count + settings.count / 2);

@@ -10,6 +10,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "base/ball.h"
+#include "base/sum_in_order.h"
+#include "geometry/box_tree.h"
 #include "measure/cover_limits.h"
 #include "measure/coverage.h"
 
@@ -54,12 +57,60 @@ bool findWitness(const DistanceField& field, const Vector3d& c, double overhang,
   return false;
 }
 
+}  // namespace
+
+/// Witnesses near every part of the surface. The line from a centre through its nearest surface point may lead into a
+/// crack or a fold where no witness is, and leave the solid far away.
+class WitnessIndex {
+ public:
+  WitnessIndex(const DistanceField& field, const SampleIndex& points, double overhang) : field_(field), overhang_(overhang) {
+    std::vector<char> found(points.size());
+    witnesses_.resize(points.size());
+    forEachIndex(points.size(), [&](std::size_t i) { found[i] = findWitness(field, points[i], overhang, witnesses_[i]); });
+    std::vector<Vector3d> all;
+    std::vector<Eigen::AlignedBox3d> boxes;
+    for (std::size_t i = 0; i < found.size(); ++i)
+      if (found[i]) all.push_back(witnesses_[i]), boxes.emplace_back(all.back(), all.back());
+    tree_ = BoxTree(boxes, 8);
+    witnesses_.clear();
+    for (const std::uint32_t i : tree_.order()) witnesses_.push_back(all[i]);
+  }
+
+  /// Up to two near `c`: the one on the line, and the nearest of the index.
+  std::vector<Vector3d> near(const Vector3d& c) const {
+    std::vector<Vector3d> out;
+    if (Vector3d on_line; findWitness(field_, c, overhang_, on_line)) out.push_back(on_line);
+    double nearest2 = kInfinity;
+    Vector3d nearest;
+    tree_.searchNearest(c, nearest2, [&](std::size_t first, std::size_t count) {
+      for (std::size_t i = first; i < first + count; ++i)
+        if (const double d2 = (witnesses_[i] - c).squaredNorm(); d2 < nearest2) nearest2 = d2, nearest = witnesses_[i];
+    });
+    if (nearest2 < kInfinity) out.push_back(nearest);
+    return out;
+  }
+
+ private:
+  const DistanceField& field_;
+  double overhang_;
+  BoxTree tree_;
+  std::vector<Vector3d> witnesses_;  // in the order of the tree
+};
+
+namespace {
+
 /// Proves by division of space that no ball holds too much weight, and lowers weights where that fails.
 class BallWeights {
  public:
-  BallWeights(const DistanceField& field, const SampleIndex& points, const std::vector<double>& weight, double overhang,
-              const Progress& progress)
-      : field_(field), points_(points), weight_(weight), overhang_(overhang), rounding_(roundingOf(field)), progress_(progress) {
+  BallWeights(const DistanceField& field, const WitnessIndex& witnesses, const SampleIndex& points, const std::vector<double>& weight,
+              double overhang, const Progress& progress)
+      : field_(field),
+        witnesses_(witnesses),
+        points_(points),
+        weight_(weight),
+        overhang_(overhang),
+        rounding_(roundingOf(field)),
+        progress_(progress) {
     share_.assign(weight.size(), 1.0);
   }
 
@@ -94,8 +145,7 @@ class BallWeights {
     std::vector<Vector3d> witnesses = cell.witnesses;
     for (std::size_t k = 0; k < 8; ++k) {
       centres[k] = cell.centre + 0.5 * cell.half * Vector3d(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
-      Vector3d witness;
-      if (findWitness(field_, centres[k], overhang_, witness)) witnesses.push_back(witness);
+      for (const Vector3d& witness : witnesses_.near(centres[k])) witnesses.push_back(witness);
     }
     const auto part = [&](std::size_t k) { divide(partOf(cell, centres[k], witnesses)); };
     if (cell.maybe.size() > kParallelCell)
@@ -170,6 +220,7 @@ class BallWeights {
   }
 
   const DistanceField& field_;
+  const WitnessIndex& witnesses_;
   const SampleIndex& points_;
   const std::vector<double>& weight_;
   double overhang_, rounding_;
@@ -229,14 +280,15 @@ LowerBound::LowerBound(const TriangleMesh& surface, const DistanceField& field, 
   progress.check();
 }
 
-std::vector<double> LowerBound::balancedWeights(double overhang, Progress& progress) const {
+std::vector<double> LowerBound::balancedWeights(const WitnessIndex& witnesses, double overhang, Progress& progress) const {
   std::vector<std::vector<std::uint32_t>> held(medial_.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, medial_.size(), 64), [&](const tbb::blocked_range<std::size_t>& range) {
     if (progress.cancelled()) return;
     for (std::size_t b = range.begin(); b < range.end(); ++b) {
-      Vector3d witness;
-      if (!findWitness(field_, medial_[b], overhang, witness)) continue;
-      points_.within(medial_[b], (witness - medial_[b]).norm() + kGuard * overhang,
+      double radius = kInfinity;
+      for (const Vector3d& witness : witnesses.near(medial_[b])) radius = std::min(radius, (witness - medial_[b]).norm());
+      if (radius == kInfinity) continue;
+      points_.within(medial_[b], radius + kGuard * overhang,
                      [&](std::size_t slot, double) { held[b].push_back(static_cast<std::uint32_t>(slot)); });
     }
   });
@@ -273,8 +325,9 @@ std::vector<double> LowerBound::balancedWeights(double overhang, Progress& progr
 
 LowerBound::Weights LowerBound::weights(double overhang, Progress& progress) const {
   Weights out;
-  out.weight = balancedWeights(overhang, progress);
-  BallWeights balls(field_, points_, out.weight, overhang, progress);
+  const WitnessIndex witnesses(field_, points_, overhang);
+  out.weight = balancedWeights(witnesses, overhang, progress);
+  BallWeights balls(field_, witnesses, points_, out.weight, overhang, progress);
   const std::vector<double>& share = balls.prove();
   for (std::size_t i = 0; i < count_; ++i) {
     out.weight[i] *= share[i] * (1 - 1e-9) / kFullBall;
@@ -290,13 +343,16 @@ ProvenLimit provenLimit(const LowerBound& bound, std::size_t spheres, double upp
   constexpr int kTries = 5;
   ProvenLimit out;
   const double wanted = static_cast<double>(spheres) * (1 + 1e-9);
-  double overhang = 0.6 * upper;
+  double overhang = 0.6 * upper, power = 1, last_overhang = 0, last_needed = 0;  // the number is about overhang^-power
   for (int attempt = 0; attempt < kTries && overhang > 0; ++attempt) {
     const double needed = bound.spheresNeeded(overhang, progress);
     const bool proven = needed > wanted;
     if (proven && overhang > out.overhang) out.overhang = overhang, out.spheres = needed;
     if (proven && needed < 1.015 * wanted) break;
-    overhang *= std::clamp(std::pow(needed / (1.007 * wanted), 0.95), 0.25, 1.6);
+    if (last_needed > 0 && overhang != last_overhang)
+      power = std::clamp(std::log(last_needed / needed) / std::log(overhang / last_overhang), 0.2, 2.0);
+    last_overhang = overhang, last_needed = needed;
+    overhang *= std::clamp(std::pow(needed / (1.007 * wanted), 1 / power), 0.25, 1.6);
     progress.advance(static_cast<double>(attempt + 1) / kTries);
   }
   return out;

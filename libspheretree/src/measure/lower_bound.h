@@ -18,6 +18,8 @@
 
 namespace spheretree::builder {
 
+class WitnessIndex;
+
 class LowerBound {
  public:
   /// `field`: of the solid and its sheets, without slack; `surface`: what has to be covered. Both must outlive this
@@ -38,7 +40,7 @@ class LowerBound {
   const SampleIndex& points() const { return points_; }
 
  private:
-  std::vector<double> balancedWeights(double overhang, Progress& progress) const;
+  std::vector<double> balancedWeights(const WitnessIndex& witnesses, double overhang, Progress& progress) const;
 
   const DistanceField& field_;
   SampleIndex points_;

@@ -11,6 +11,8 @@ namespace spheretree::builder {
 /// First step of a refit, as a share of the width of the patch that the ball covers.
 inline constexpr double kFirstStepShare = 0.2;
 
+inline constexpr int kCoverRefitSteps = 14;  // of a refit in the search for a cover
+
 /// The stand-off of a ball about `centre` that covers `patch`: its radius minus the radius of the inscribed ball about
 /// the same centre [mm].
 struct Refit {

@@ -11,6 +11,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/sum_in_order.h"
 #include "mesh/canonical_order.h"
 
 namespace spheretree::builder {
@@ -40,53 +41,69 @@ struct Moments {
 // Moments of the surface, exact: the integral of a polynomial over a triangle is a polynomial of its corners.
 Moments momentsOf(const TriangleMesh& mesh) {
   Moments m;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const double area = 0.5 * areaVector(mesh, t).norm();
-    m.area += area;
-    m.mean +=
-        area / 3 * (mesh.corner(t, 0) - mesh.positions[0] + mesh.corner(t, 1) - mesh.positions[0] + mesh.corner(t, 2) - mesh.positions[0]);
-  }
+  const std::size_t triangles = mesh.triangles.size();
+  const auto areaOf = [&](std::size_t t) { return 0.5 * areaVector(mesh, t).norm(); };
+  const auto first = [&](std::size_t t) {
+    Moments of;
+    const Vector3d &origin = mesh.positions[0], a = mesh.corner(t, 0), b = mesh.corner(t, 1), c = mesh.corner(t, 2);
+    of.area = areaOf(t);
+    of.mean = of.area / 3 * (a - origin + b - origin + c - origin);
+    return of;
+  };
+  addInOrder<Moments>(triangles, first, [&](std::size_t, const Moments& of) { m.area += of.area, m.mean += of.mean; });
   m.mean = mesh.positions[0] + m.mean / m.area;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+  const auto second = [&](std::size_t t) {
     const Vector3d a = mesh.corner(t, 0) - m.mean, b = mesh.corner(t, 1) - m.mean, c = mesh.corner(t, 2) - m.mean, sum = a + b + c;
-    m.covariance +=
-        0.5 * areaVector(mesh, t).norm() / 12 * (a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose());
-  }
+    return Matrix3d(areaOf(t) / 12 * (a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose()));
+  };
+  addInOrder<Matrix3d>(triangles, second, [&](std::size_t, const Matrix3d& of) { m.covariance += of; });
   m.covariance /= m.area;
   return m;
 }
 
-// Third moment along an axis divided by the cube of the standard deviation; 0 if it is not significant.
-double skewness(const TriangleMesh& mesh, const Moments& m, const Vector3d& axis, double variance) {
-  double sum = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const double a = axis.dot(mesh.corner(t, 0) - m.mean), b = axis.dot(mesh.corner(t, 1) - m.mean),
-                 c = axis.dot(mesh.corner(t, 2) - m.mean);
-    const double all = a * a * a + b * b * b + c * c * c + a * a * (b + c) + b * b * (a + c) + c * c * (a + b) + a * b * c;
-    sum += 0.5 * areaVector(mesh, t).norm() / 10 * all;
+// Third moment along each axis divided by the cube of the standard deviation; 0 if it is not significant.
+Vector3d skewness(const TriangleMesh& mesh, const Moments& m, const Matrix3d& axes, const Vector3d& variance) {
+  const auto third = [&](std::size_t t) {
+    const double area = 0.5 * areaVector(mesh, t).norm();
+    Vector3d along;
+    for (int k = 0; k < 3; ++k) {
+      const Vector3d axis = axes.col(k);
+      const double a = axis.dot(mesh.corner(t, 0) - m.mean), b = axis.dot(mesh.corner(t, 1) - m.mean),
+                   c = axis.dot(mesh.corner(t, 2) - m.mean);
+      const double all = a * a * a + b * b * b + c * c * c + a * a * (b + c) + b * b * (a + c) + c * c * (a + b) + a * b * c;
+      along[k] = area / 10 * all;
+    }
+    return along;
+  };
+  Vector3d skew = Vector3d::Zero();
+  addInOrder<Vector3d>(mesh.triangles.size(), third, [&](std::size_t, const Vector3d& of) { skew += of; });
+  for (int k = 0; k < 3; ++k) {
+    skew[k] /= m.area * variance[k] * std::sqrt(variance[k]);
+    if (!(std::abs(skew[k]) > kSignificant)) skew[k] = 0;  // also if the variance is 0
   }
-  const double skew = sum / (m.area * variance * std::sqrt(variance));
-  return std::abs(skew) > kSignificant ? skew : 0;  // also 0 if the variance is 0
+  return skew;
 }
 
 // The normal of a large face to which most of the area is parallel or perpendicular.
 Vector3d commonestNormal(const TriangleMesh& mesh) {
-  std::vector<std::pair<double, std::size_t>> by_area;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) by_area.emplace_back(-areaVector(mesh, t).norm(), t);
+  std::vector<std::pair<double, std::size_t>> by_area(mesh.triangles.size());
+  forEachIndex(by_area.size(), [&](std::size_t t) { by_area[t] = {-areaVector(mesh, t).norm(), t}; });
   const std::size_t tried = std::min(kMaxFaces, by_area.size());
   std::partial_sort(by_area.begin(), by_area.begin() + static_cast<std::ptrdiff_t>(tried), by_area.end());
-  Vector3d best = Vector3d::UnitZ();
-  double largest = 0;
-  for (std::size_t i = 0; i < tried; ++i) {
-    const Vector3d n = areaVector(mesh, by_area[i].second).normalized();
-    double aligned = 0;
+  std::vector<Vector3d> normals(tried);
+  std::vector<double> aligned(tried, 0.0);
+  forEachIndex(tried, [&](std::size_t i) {
+    normals[i] = areaVector(mesh, by_area[i].second).normalized();
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       const Vector3d v = areaVector(mesh, t);
-      const double area2 = v.squaredNorm(), along = v.dot(n);
-      if (area2 > 0) aligned += along * along * along * along / (area2 * std::sqrt(area2));
+      const double area2 = v.squaredNorm(), along = v.dot(normals[i]);
+      if (area2 > 0) aligned[i] += along * along * along * along / (area2 * std::sqrt(area2));
     }
-    if (aligned > largest * (1 + kTie)) largest = aligned, best = n;
-  }
+  });
+  Vector3d best = Vector3d::UnitZ();
+  double largest = 0;
+  for (std::size_t i = 0; i < tried; ++i)
+    if (aligned[i] > largest * (1 + kTie)) largest = aligned[i], best = normals[i];
   return best;
 }
 
@@ -96,16 +113,20 @@ Matrix3d axesAbout(const Vector3d& axis, const TriangleMesh& mesh) {
   int smallest = 0;
   axis.cwiseAbs().minCoeff(&smallest);
   const Vector3d u = (Vector3d::Unit(smallest) - axis[smallest] * axis).normalized(), v = axis.cross(u);
-  std::complex<double> harmonic = 0;
-  double across = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+  struct Term {
+    std::complex<double> harmonic = 0;
+    double across = 0;
+  };
+  const auto term = [&](std::size_t t) {
     const Vector3d n = areaVector(mesh, t);
     const double area = n.norm();
-    if (!(area > 0)) continue;
+    if (!(area > 0)) return Term();
     const std::complex<double> in_plane(n.dot(u) / area, n.dot(v) / area), squared = in_plane * in_plane;
-    harmonic += area * squared * squared;
-    across += area * std::norm(squared);
-  }
+    return Term{area * squared * squared, area * std::norm(squared)};
+  };
+  std::complex<double> harmonic = 0;
+  double across = 0;
+  addInOrder<Term>(mesh.triangles.size(), term, [&](std::size_t, const Term& of) { harmonic += of.harmonic, across += of.across; });
   const double angle = std::abs(harmonic) > kSignificant * across ? 0.25 * std::arg(harmonic) : 0;
   Matrix3d axes;
   axes.col(0) = axis;
@@ -145,11 +166,9 @@ Pose canonicalPose(const TriangleMesh& mesh) {
     axes = axesAbout(commonestNormal(mesh), mesh);
   else if (low_alike || high_alike)
     axes = axesAbout(axes.col(low_alike ? 2 : 0), mesh);
-  Vector3d variance, skew;
-  for (int k = 0; k < 3; ++k) {
-    variance[k] = axes.col(k).dot(m.covariance * axes.col(k));
-    skew[k] = skewness(mesh, m, axes.col(k), variance[k]);
-  }
+  Vector3d variance;
+  for (int k = 0; k < 3; ++k) variance[k] = axes.col(k).dot(m.covariance * axes.col(k));
+  const Vector3d skew = skewness(mesh, m, axes, variance);
 
   // Of the 24 right-handed ways to order and orient the axes: the longest first, then the largest skewness.
   std::vector<Matrix3d> turns;
@@ -177,11 +196,11 @@ Pose canonicalPose(const TriangleMesh& mesh) {
 TriangleMesh inPose(const TriangleMesh& mesh, const Pose& pose) {
   TriangleMesh out;
   out.triangles = mesh.triangles;
-  out.positions.reserve(mesh.positions.size());
-  for (const Vector3d& p : mesh.positions) {
-    const Vector3d q = pose.turn.transpose() * (p - pose.centre) / (kGrid * pose.scale);
-    out.positions.push_back(kGrid * (q.array().round() + 0.0).matrix());
-  }
+  out.positions.resize(mesh.positions.size());
+  forEachIndex(out.positions.size(), [&](std::size_t v) {
+    const Vector3d q = pose.turn.transpose() * (mesh.positions[v] - pose.centre) / (kGrid * pose.scale);
+    out.positions[v] = kGrid * (q.array().round() + 0.0).matrix();
+  });
   return out;
 }
 

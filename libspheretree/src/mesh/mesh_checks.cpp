@@ -14,6 +14,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/sum_in_order.h"
 #include "mesh/crossing_triangles.h"
 #include "mesh/mesh_edges.h"
 #include "mesh/mesh_nesting.h"
@@ -120,7 +121,7 @@ class MeshCheck {
       return;
     }
     double volume = 0, area = 0;
-    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) volume += unitVolume(t), area += unitArea(t);
+    addMeasures([&](std::uint32_t, double v, double a) { volume += v, area += a; });
     report_.volume = volume * scale_ * scale_ * scale_;
     report_.area = area * scale_ * scale_;
   }
@@ -136,16 +137,28 @@ class MeshCheck {
     return (b - a).cross(c - a).norm() / 2;
   }
 
+  /// Calls add(triangle, unit volume, unit area) in the order of the triangles.
+  template <class Add>
+  void addMeasures(Add&& add) const {
+    const auto of = [&](std::size_t t) {
+      return std::array<double, 2>{unitVolume(static_cast<std::uint32_t>(t)), unitArea(static_cast<std::uint32_t>(t))};
+    };
+    addInOrder<std::array<double, 2>>(mesh_.triangles.size(), of, [&](std::size_t t, const std::array<double, 2>& measures) {
+      add(static_cast<std::uint32_t>(t), measures[0], measures[1]);
+    });
+  }
+
   // --- single triangles ---
 
   void findDegenerateFaces() {
     has_edges_.resize(mesh_.triangles.size());
-    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
-      if (t % 4096 == 0) progress_.check();
-      const auto [a, b, c] = mesh_.triangles[t];
-      has_edges_[t] = a != b && b != c && c != a;
-      if (isFlat(mesh_, t)) add(DefectKind::DegenerateFace, triangleAt(t));
-    }
+    addInOrder<char>(
+        mesh_.triangles.size(), [&](std::size_t t) { return isFlat(mesh_, t); },
+        [&](std::size_t t, char is_flat) {
+          const auto [a, b, c] = mesh_.triangles[t];
+          has_edges_[t] = a != b && b != c && c != a;
+          if (is_flat) add(DefectKind::DegenerateFace, triangleAt(static_cast<std::uint32_t>(t)));
+        });
   }
 
   void findDuplicateFaces() {
@@ -288,10 +301,7 @@ class MeshCheck {
     }
     std::vector<Component>& components = report_.components;
     std::vector<double> volume(components.size()), area(components.size());
-    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
-      volume[report_.component_of[t]] += unitVolume(t);
-      area[report_.component_of[t]] += unitArea(t);
-    }
+    addMeasures([&](std::uint32_t t, double v, double a) { volume[report_.component_of[t]] += v, area[report_.component_of[t]] += a; });
     // The thickness that rounding of the coordinates alone can give to a sheet without thickness.
     const double min_thickness = 16 * std::numeric_limits<double>::epsilon() * std::max(1.0, largest_coordinate_ / scale_);
     for (std::size_t c = 0; c < components.size(); ++c) {

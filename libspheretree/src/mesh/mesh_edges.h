@@ -2,6 +2,8 @@
 // The edges of a mesh with the triangles at each edge, as the checks use them.
 #pragma once
 
+#include <tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
@@ -50,8 +52,8 @@ inline std::vector<Side> sortedSides(const TriangleMesh& mesh) {
       sides.push_back({std::uint64_t{std::min(a, b)} << 32 | std::max(a, b), t, k, a < b});
     }
   }
-  std::sort(sides.begin(), sides.end(),
-            [](const Side& a, const Side& b) { return std::tie(a.edge, a.triangle) < std::tie(b.edge, b.triangle); });
+  tbb::parallel_sort(sides.begin(), sides.end(),
+                     [](const Side& a, const Side& b) { return std::tie(a.edge, a.triangle) < std::tie(b.edge, b.triangle); });
   return sides;
 }
 

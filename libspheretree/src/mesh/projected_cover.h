@@ -27,6 +27,12 @@ class ProjectedCover {
   /// told apart. Cost: linear in the triangles over `triangle`.
   double distance(const std::array<Eigen::Vector3d, 3>& triangle, std::uint32_t start, double floor, double allowed);
 
+  /// For hasMet(): the searches so far.
+  std::uint32_t searches() const { return search_; }
+  /// Whether one of the searches after the first `searches` met this triangle of the surface. A search for the same
+  /// triangle that starts there goes to the same places.
+  bool hasMet(std::uint32_t triangle, std::uint32_t searches) const { return met_[triangle] > searches; }
+
   /// The point of the triangle that the last search found farthest from what lies over it, also if that is farther than
   /// allowed; none if no point is farther than `floor`.
   const std::optional<Eigen::Vector3d>& farthest() const { return farthest_; }

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "base/ball.h"
+#include "base/sum_in_order.h"
 #include "mesh/half_edges.h"
 #include "mesh/projected_cover.h"
 
@@ -76,10 +77,13 @@ class MeshSimplifier::Collapses {
     points_.reserve(mesh.positions.size());
     for (const Vector3d& p : mesh.positions) points_.push_back((p - box.center()) / scale_);
     quadrics_.assign(points_.size(), Quadric::Zero());
-    for (const Triangle& t : mesh.triangles) {
-      const Quadric q = planeOf(points_[t[0]], points_[t[1]], points_[t[2]]);
-      for (const std::uint32_t v : t) quadrics_[v] += q;
-    }
+    const auto plane = [&](std::size_t t) {
+      const auto [a, b, c] = mesh.triangles[t];
+      return planeOf(points_[a], points_[b], points_[c]);
+    };
+    addInOrder<Quadric>(mesh.triangles.size(), plane, [&](std::size_t t, const Quadric& q) {
+      for (const std::uint32_t v : mesh.triangles[t]) quadrics_[v] += q;
+    });
     begin();
   }
 
@@ -92,6 +96,17 @@ class MeshSimplifier::Collapses {
       const std::size_t removed = round(left_ - wanted);
       left_ -= removed;
       if (tried_ == 0) break;
+    }
+    return dropRemoved();
+  }
+
+  std::vector<Triangle> remove(std::span<const std::uint32_t> vertices) {
+    max_cost_ = kInfinity;
+    for (const std::uint32_t v : vertices) {
+      best_[v] = cheapest(v);
+      if (!(best_[v].cost < kInfinity) || !edges_.canCollapse(best_[v].half_edge)) continue;
+      collapse(v);
+      left_ -= 2;
     }
     return dropRemoved();
   }
@@ -389,11 +404,11 @@ class PieceBound {
     if (isTight(smallest)) return smallest;
     // The triangles that are nearest to the corners may lie beside the piece.
     const std::array<Vector3d, 3> corners{piece[0].p, piece[1].p, piece[2].p};
-    std::array<std::uint32_t, 4> start{face[0], face[1], face[2]};
-    for (std::size_t i = 0; i < start.size(); ++i) {
-      if (i == 3) start[i] = field_.nearest((corners[0] + corners[1] + corners[2]) / 3).triangle;
-      if (std::find(start.begin(), start.begin() + i, start[i]) != start.begin() + i) continue;
-      const double covered = cover_.distance(corners, start[i], floor_, allowed_);
+    const std::uint32_t searches = cover_.searches();
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::uint32_t start = i < 3 ? face[i] : field_.nearest((corners[0] + corners[1] + corners[2]) / 3).triangle;
+      if (cover_.hasMet(start, searches)) continue;
+      const double covered = cover_.distance(corners, start, floor_, allowed_);
       if (suffices(covered)) return smallest;
       if (!cover_.farthest()) continue;
       found_ = std::max(found_, field_.distance(*cover_.farthest()));
@@ -472,9 +487,13 @@ MeshSimplifier::MeshSimplifier(const TriangleMesh& mesh, Progress& progress)
 MeshSimplifier::~MeshSimplifier() = default;
 std::size_t MeshSimplifier::triangles() const { return collapses_->triangles(); }
 
-TriangleMesh MeshSimplifier::reduce(std::size_t triangles, double max_error) {
+TriangleMesh MeshSimplifier::reduce(std::size_t triangles, double max_error) { return withVertices(collapses_->run(triangles, max_error)); }
+
+TriangleMesh MeshSimplifier::remove(std::span<const std::uint32_t> vertices) { return withVertices(collapses_->remove(vertices)); }
+
+TriangleMesh MeshSimplifier::withVertices(std::vector<Triangle> triangles) const {
   TriangleMesh result;
-  result.triangles = collapses_->run(triangles, max_error);
+  result.triangles = std::move(triangles);
   for (const std::uint32_t v : collapses_->vertex()) result.positions.push_back(mesh_->positions[v]);
   return result;
 }

@@ -11,6 +11,7 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "geometry/distance_field.h"
 #include "spheretree/builder/progress.h"
@@ -35,6 +36,10 @@ class MeshSimplifier {
   /// @throws Cancelled.
   TriangleMesh reduce(std::size_t triangles, double max_error = std::numeric_limits<double>::infinity());
 
+  /// Continues with the collapses of these vertices of the last result, whatever they cost: what folds over itself
+  /// there becomes flatter. Vertices stay that reduce() could not collapse either.
+  TriangleMesh remove(std::span<const std::uint32_t> vertices);
+
   std::size_t triangles() const;  // that are left
 
   /// From now on, the vertices of results are those of another mesh, which must outlive this object: `vertex`
@@ -43,6 +48,7 @@ class MeshSimplifier {
 
  private:
   class Collapses;
+  TriangleMesh withVertices(std::vector<Triangle> triangles) const;
   const TriangleMesh* mesh_;
   std::unique_ptr<Collapses> collapses_;
 };

@@ -13,6 +13,7 @@
 
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/builder/evaluate_tree.h"
+#include "spheretree/core/mesh_edit.h"
 #include "support/shapes.h"
 
 namespace spheretree::builder {
@@ -55,6 +56,23 @@ TEST(LowerBound, SlabStaysBelowTheHexagonalLattice) {
     EXPECT_LT(needed, lattice);
     EXPECT_GT(needed, 0.5 * lattice);
   }
+}
+
+// From a centre beside a crack, the line through the nearest surface point leads through the crack and along the plate:
+// what bounds the ball is found elsewhere.
+TEST(LowerBound, CracksDoNotLowerIt) {
+  constexpr double kOverhang = 0.3;
+  const TriangleMesh plate = test::boxMesh({0, 0, 0}, {12, 6, 1});
+  TriangleMesh cracked = plate;
+  for (int x = 1; x < 12; ++x) {
+    TriangleMesh crack = test::boxMesh({x - 0.01, 0.1, 0.1}, {x + 0.01, 5.9, 0.9});
+    for (Triangle& t : crack.triangles) std::swap(t[0], t[1]);
+    cracked = joined(std::move(cracked), crack);
+  }
+  Progress progress;
+  const DistanceField plain_field(plate), cracked_field(cracked);
+  const double plain = LowerBound(plate, plain_field, 40, 1, progress).spheresNeeded(kOverhang, progress);
+  EXPECT_GT(LowerBound(plate, cracked_field, 40, 1, progress).spheresNeeded(kOverhang, progress), 0.8 * plain);
 }
 
 TEST(LowerBound, OneBallCoversASphere) {

@@ -35,7 +35,7 @@ struct BuildStatistics {
     std::string name;
     double seconds;
   };
-  std::vector<Stage> stages;
+  std::vector<Stage> stages;       // one after the other; of the skin, which is made beside the balls, the rest after them
   std::vector<std::string> notes;  // what was left out, and why; whole sentences
 };
 
