@@ -206,5 +206,37 @@ TEST(HullRows, FeltRowsAreTheClosedFormOnASmoothSphere) {
   EXPECT_GT(met, 100);
 }
 
+// Cones that continue each other are felt as round as what they stand for, here the rim of a disc.
+TEST(HullRows, FeltRowsOfJoinedConesAreThoseOfTheirCurve) {
+  Hulls disc = test::discHulls(2, 0.5, 24);
+  disc.overhang_bound = 0.01f;
+  HullRig rig(disc, test::roundSkin(4));  // of radius 5
+  Random random(11);
+  double leans = 0, off = 0;
+  int met = 0;
+  for (int n = 0; n < 800; ++n) {
+    const Configuration pose{random.between(5.6, 7.4) * random.direction(), test::randomRotation(random)};
+    const Vector3d ball = pose.orientation.inverse() * Vector3d(-pose.position);  // its centre, in the frame of the disc
+    const double beside = std::hypot(ball.x(), ball.y());
+    if (beside < 2) continue;  // the face is felt
+    const Vector3d way = pose.orientation * (Vector3d(2 / beside * ball.x(), 2 / beside * ball.y(), 0) - ball);
+    const double distance = way.norm() - 5.5;
+    if (distance < -0.2 || distance > 0.3) continue;
+    rig.make(pose, 0.4, true);
+    int in = 0;
+    for (std::uint32_t row = rig.rows.guarded; row < rig.rows.rows.count; ++row) {
+      if (!rig.isIn(row) || (rig.normal(row) - way.normalized()).norm() > 0.1) continue;
+      leans = std::max(leans, (rig.normal(row) - way.normalized()).norm());
+      off = std::max(off, std::abs(rig.gap(row) - distance));
+      ++in;
+    }
+    ASSERT_GE(in, 1) << "pose " << n;
+    ++met;
+  }
+  EXPECT_GT(met, 100);
+  EXPECT_LT(leans, 3e-3);  // the corners of the rim turn by 0.26
+  EXPECT_LT(off, 5e-4);    // and lie 0.017 mm outside of its sides
+}
+
 }  // namespace
 }  // namespace spheretree::runtime

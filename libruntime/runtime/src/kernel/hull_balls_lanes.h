@@ -158,11 +158,12 @@ struct HullAxis {
 struct HullBalls {
   I8 within;         // the ball is one that this way answers for: its guaranteed row counts
   I8 is_ball;        // neither a cone nor a slab
+  I8 rests;          // such a ball may rest on the smooth patch
   I8 smooth, sharp;  // a cone or slab whose felt row is that of the smooth patch, or of the sharp side `way`
   F8 nearest;        // lower bound of the distance of the cone or slab from the triangle
   U8 way;
 };
-constexpr HullBalls kOnlyBalls{~I8{}, ~I8{}, I8{}, I8{}, F8{}, U8{}};
+constexpr HullBalls kOnlyBalls{~I8{}, ~I8{}, ~I8{}, I8{}, I8{}, F8{}, U8{}};
 
 inline I8 isSharp(const Patches& p, const U8& side) { return (I8)((p.flags >> side) & splatU(1)) != 0; }
 
@@ -171,7 +172,13 @@ inline I8 isSharp(const Patches& p, const U8& side) { return (I8)((p.flags >> si
   const F8 zero = splat(0);
   const I8 is_ball = ~(h.is_cone | h.is_slab), sharp0 = isSharp(p, splatU(0)), sharp1 = isSharp(p, splatU(1)),
            first_smooth = sharp0 & ((I8)splatU(1) - sharp1), sharp = isSharp(p, h.way);
-  HullBalls out{is_ball, is_ball, ~is_ball & ~sharp & ((I8)h.way == first_smooth), ~is_ball & sharp, splat(__builtin_inff()), h.way};
+  HullBalls out{is_ball,
+                is_ball,
+                is_ball & ((I8)h.way == 0),
+                ~is_ball & ~sharp & ((I8)h.way == first_smooth),
+                ~is_ball & sharp,
+                splat(__builtin_inff()),
+                h.way};
   if (maskOf(is_ball) == 0xff) return out;
   const bool has_cones = maskOf(h.is_cone) != 0, has_slabs = maskOf(h.is_slab) != 0;
   HullTouch cone{zero, zero, zero, I8{}}, slab = cone;
