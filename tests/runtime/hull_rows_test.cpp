@@ -238,5 +238,26 @@ TEST(HullRows, FeltRowsOfJoinedConesAreThoseOfTheirCurve) {
   EXPECT_LT(off, 5e-4);    // and lie 0.017 mm outside of its sides
 }
 
+// Of two cones that meet with balls of nearly the same radius, the felt radius goes over from one to the other.
+TEST(HullRows, FeltRowsOfJoinedConesHaveNoStep) {
+  constexpr double kStep = 0.008;
+  Hulls rod = test::hullsOf({test::ballAt({-2, 0, 0}, 0.5), test::ballAt({0, 0, 0}, 0.5), test::ballAt({0, 0, 0}, 0.5 + kStep),
+                             test::ballAt({2, 0, 0}, 0.5 + kStep)},
+                            {{1, kNoHullBall, kNoHullBall}, {2, kNoHullBall, kNoHullBall}, {0, 1, kNoHullBall}, {2, 3, kNoHullBall}}, 2);
+  rod.overhang_bound = 0.01f;
+  HullRig rig(rod, test::roundSkin(5));  // of radius 5
+  double before = 0;
+  for (int k = 0; k <= 200; ++k) {
+    const double x = -1 + 0.01 * k;  // of the touched place, from the joint
+    rig.make({Vector3d(-x, 0, 5.55), Quaternion::Identity()}, 0.4, true);
+    double gap = 1;
+    for (std::uint32_t row = rig.rows.guarded; row < rig.rows.rows.count; ++row)
+      if (rig.isIn(row)) gap = std::min(gap, rig.gap(row));
+    if (k > 0) ASSERT_NEAR(gap, before, 2e-4) << "at " << x;
+    if (k == 100) EXPECT_NEAR(gap, 0.05 - kStep / 2, 5e-4);
+    before = gap;
+  }
+}
+
 }  // namespace
 }  // namespace spheretree::runtime

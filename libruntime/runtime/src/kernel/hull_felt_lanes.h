@@ -34,20 +34,22 @@ struct PatchPlace {
           dot(p.normal_v, span) - share * dot(p.normal, p.normal_v)};
 }
 
-// How the felt axis of a part departs from the straight one (CompiledHulls): as a cubic curve with these directions at
-// its ends.
+// How what is felt of a part departs from it: its axis is a cubic curve whose directions at both ends are those of the
+// axis plus these, and its radius a cubic function whose growth and values at the ends are given likewise.
 struct FeltTurns {
   Vector8 zero, one;
-  F8 rise0, rise1;
+  F8 rise0, rise1, swell0, swell1;
 };
 [[gnu::noinline]] FeltTurns feltTurns(const RowRequest& q, std::uint32_t i) {
+  FeltTurns turns;
   const Sphere *zero[8], *one[8];
   for (std::uint32_t k = 0; k < 8; ++k) {
     const std::uint32_t slot = q.pairs[i + k < q.count ? i + k : q.count - 1] >> 16;
     zero[k] = q.hulls.turn0 + slot;
     one[k] = q.hulls.turn1 + slot;
+    turns.swell0[k] = q.hulls.swell[slot][0];
+    turns.swell1[k] = q.hulls.swell[slot][1];
   }
-  FeltTurns turns;
   F8 x, y, z;
   transpose(zero, x, y, z, turns.rise0);
   turns.zero = turn(x, y, z, q.pose.rotation);
@@ -65,9 +67,9 @@ struct FeltAxis {
     w = maxOf(splat(-kFarBeyond), minOf(dividedBy(dot(from, upright), dot(h.span1, upright)), splat(kFarBeyond)));
     const F8 rest = splat(1) - w, a = w * rest * rest, b = splat(0) - w * w * rest;
     bulge = a * turns.zero + b * turns.one;
-    bulge_radius = a * turns.rise0 + b * turns.rise1;
+    bulge_radius = rest * turns.swell0 + w * turns.swell1 + a * turns.rise0 + b * turns.rise1;
     along = h.span1 + (rest * turns.zero + w * turns.one);
-    rise = h.rise1 + (rest * turns.rise0 + w * turns.rise1);
+    rise = h.rise1 + turns.swell1 - turns.swell0 + (rest * turns.rise0 + w * turns.rise1);
     way = w * h.span1 + bulge - from;
     further = dot(p.normal, turns.one - turns.zero) - (turns.rise1 - turns.rise0) * squareRoot(dot(p.normal, p.normal));
   }

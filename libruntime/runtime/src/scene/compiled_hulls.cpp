@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 
 namespace spheretree::runtime {
 namespace {
@@ -13,62 +14,86 @@ constexpr double kBulge = 2;  // largest way from the axis of a cone to the felt
 
 Sphere minus(const Sphere& a, const Sphere& b) { return {a.x - b.x, a.y - b.y, a.z - b.z, a.radius - b.radius}; }
 
-using Direction = Eigen::Vector4d;  // of an axis, and how the radius grows along it
-
-// An end of a cone: the direction from there is of unit length but for the fourth component.
+// An end of a cone.
 struct ConeEnd {
   std::size_t part, end;
-  Direction away;
-  double length;
+  Eigen::Vector3d away;  // unit direction of the axis from there
+  double length, radius;
+  const ConeEnd* next = nullptr;  // of the cone that continues this one
+
+  // How far the felt axis would be from the straight ones if `other` continued this cone: as a circle with both as
+  // chords.
+  double bulgeWith(const ConeEnd& other, double bound) const {
+    const double cosine = -away.dot(other.away);
+    if (!(cosine > 0) || std::abs(radius - other.radius) > bound) return std::numeric_limits<double>::infinity();
+    return std::max(length, other.length) * std::acos(std::min(cosine, 1.0)) / 8;
+  }
 };
 
-// How far the felt axis would be from the straight ones if `b` continued `a`: as a circle with both as chords.
-double bulgeOf(const ConeEnd& a, const ConeEnd& b) {
-  const double cosine = -a.away.head<3>().dot(b.away.head<3>());
-  return cosine > 0 ? std::max(a.length, b.length) * std::acos(std::min(cosine, 1.0)) / 8 : std::numeric_limits<double>::infinity();
-}
-
-// The ends of cones at each ball.
-std::vector<std::vector<ConeEnd>> coneEnds(const Hulls& hulls) {
-  std::vector<std::vector<ConeEnd>> ends(hulls.balls.size());
-  for (std::size_t i = 0; i < hulls.parts.size(); ++i) {
-    const HullPart& part = hulls.parts[i];
-    if (ballCount(part) != 2) continue;
-    const Sphere &a = hulls.balls[part[0]], &b = hulls.balls[part[1]];
-    Direction way;
-    way << centreOf(b) - centreOf(a), double{b.radius} - double{a.radius};
-    const double length = way.head<3>().norm();
-    ends[part[0]].push_back({i, 0, way / length, length});
-    ends[part[1]].push_back({i, 1, -way / length, length});
+// Where one cone continues another, both get the direction and the radius between theirs, so that what is felt of them
+// has no corner.
+class FeltCones {
+ public:
+  explicit FeltCones(const Hulls& hulls) : turn(hulls.parts.size()), swell(hulls.parts.size()) {
+    for (std::size_t i = 0; i < hulls.parts.size(); ++i) {
+      const HullPart& part = hulls.parts[i];
+      if (ballCount(part) != 2) continue;
+      const Sphere &a = hulls.balls[part[0]], &b = hulls.balls[part[1]];
+      const Eigen::Vector3d way = centreOf(b) - centreOf(a);
+      ends_[{a.x, a.y, a.z}].push_back({i, 0, way.normalized(), way.norm(), double{a.radius}});
+      ends_[{b.x, b.y, b.z}].push_back({i, 1, -way.normalized(), way.norm(), double{b.radius}});
+    }
+    for (auto& [centre, ends] : ends_) join(centre, ends, double{hulls.overhang_bound});
+    for (const auto& [centre, ends] : ends_)
+      for (const ConeEnd& end : ends)
+        if (end.next) bend(hulls, end);
   }
-  return ends;
-}
 
-const ConeEnd* nextOf(const ConeEnd& end, const std::vector<ConeEnd>& ends, double largest) {
-  const ConeEnd* next = nullptr;
-  for (const ConeEnd& other : ends)
-    if (const double bulge = bulgeOf(end, other); bulge <= largest) next = &other, largest = bulge;
-  return next;
-}
-
-// Where one cone continues another, both get the direction between theirs, so that what is felt of them has no corner.
-struct FeltDirections {
-  std::vector<std::array<Sphere, 2>> turn;  // (part) at both ends: the felt direction, as long as the axis, minus the axis
-  std::vector<bool> joins;                  // (ball)
-  explicit FeltDirections(const Hulls& hulls) : turn(hulls.parts.size()), joins(hulls.balls.size()) {
-    const std::vector<std::vector<ConeEnd>> ends = coneEnds(hulls);
-    for (std::size_t ball = 0; ball < ends.size(); ++ball)
-      for (const ConeEnd& end : ends[ball]) {
-        const double largest = kBulge * double{hulls.overhang_bound};
-        const ConeEnd* const next = nextOf(end, ends[ball], largest);
-        if (!next || nextOf(*next, ends[ball], largest) != &end) continue;
-        joins[ball] = true;
-        Direction felt = end.away - next->away;
-        felt /= felt.head<3>().norm();
-        const Eigen::Vector4f change = (end.length * (end.end == 0 ? 1 : -1) * (felt - end.away)).cast<float>();
-        turn[end.part][end.end] = {change[0], change[1], change[2], change[3]};
-      }
+  bool areBeside(const Sphere& ball) const {
+    const auto at = joined_.find({ball.x, ball.y, ball.z});
+    return at != joined_.end() && double{ball.radius} <= at->second;
   }
+
+  // (part) at both ends: the felt direction and growth of the radius, for the length of the axis, minus that of the
+  // axis between the felt balls; the felt radius minus the radius.
+  std::vector<std::array<Sphere, 2>> turn;
+  std::vector<std::array<float, 2>> swell;
+
+ private:
+  using Centre = std::array<float, 3>;
+
+  static const ConeEnd* nearest(const ConeEnd& end, const std::vector<ConeEnd>& ends, double bound) {
+    const auto bulge = [&](const ConeEnd& other) { return end.bulgeWith(other, bound); };
+    const auto next = std::ranges::min_element(ends, {}, bulge);
+    return bulge(*next) <= kBulge * bound ? &*next : nullptr;
+  }
+
+  void join(const Centre& centre, std::vector<ConeEnd>& ends, double bound) {
+    for (ConeEnd& end : ends) {
+      const ConeEnd* const next = nearest(end, ends, bound);
+      if (!next || nearest(*next, ends, bound) != &end) continue;
+      end.next = next;
+      swell[end.part][end.end] = static_cast<float>((next->radius - end.radius) / 2);
+      double& largest = joined_[centre];
+      largest = std::max(largest, end.radius);
+    }
+  }
+
+  // How the felt radius grows from the end, for each length of the axis.
+  double growth(const Hulls& hulls, const ConeEnd& end) const {
+    const auto radius = [&](std::size_t k) { return double{hulls.balls[hulls.parts[end.part][k]].radius} + double{swell[end.part][k]}; };
+    return (radius(1 - end.end) - radius(end.end)) / end.length;
+  }
+
+  void bend(const Hulls& hulls, const ConeEnd& end) {
+    const Eigen::Vector3d felt = (end.away - end.next->away).normalized();
+    const double scale = end.end == 0 ? end.length : -end.length, own = growth(hulls, end);
+    const Eigen::Vector3f change = (scale * (felt - end.away)).cast<float>();
+    turn[end.part][end.end] = {change[0], change[1], change[2], static_cast<float>(-scale * (own + growth(hulls, *end.next)) / 2)};
+  }
+
+  std::map<Centre, std::vector<ConeEnd>> ends_;
+  std::map<Centre, double> joined_;  // the larger radius
 };
 
 }  // namespace
@@ -81,7 +106,8 @@ CompiledHulls compileHulls(const Hulls& hulls, const Eigen::Vector3d& origin) {
   out.tree = compileTree(hulls.search, spheres, origin, TreeOver::Triangles);
   out.ways_apart = static_cast<std::uint32_t>(out.tree.item.size());
   out.span1 = out.span2 = out.turn0 = out.turn1 = std::vector<Sphere>(3 * out.ways_apart);
-  const FeltDirections felt(hulls);
+  out.swell.resize(out.span1.size());
+  const FeltCones felt(hulls);
   for (std::uint32_t way = 0; way < 3; ++way)
     for (std::uint32_t slot = 0; slot < out.ways_apart; ++slot) {
       const Block& block = out.tree.bound[slot / 8];
@@ -91,7 +117,8 @@ CompiledHulls compileHulls(const Hulls& hulls, const Eigen::Vector3d& origin) {
       const HullPart& part = hulls.parts[out.tree.item[slot]];
       out.turn0[out.way.size() - 1] = felt.turn[out.tree.item[slot]][0];
       out.turn1[out.way.size() - 1] = felt.turn[out.tree.item[slot]][1];
-      if (ballCount(part) == 1 && felt.joins[part[0]]) out.way.back() = kNoFeltWay;
+      out.swell[out.way.size() - 1] = felt.swell[out.tree.item[slot]];
+      if (ballCount(part) == 1 && felt.areBeside(hulls.balls[part[0]])) out.way.back() = kNoFeltWay;
       const Sphere& first = hulls.balls[part[0]];
       const Eigen::Vector3f at = (centreOf(first) + origin).cast<float>();
       out.ball.back() = {at.x(), at.y(), at.z(), first.radius};
