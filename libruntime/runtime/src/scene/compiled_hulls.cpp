@@ -2,10 +2,8 @@
 #include "scene/compiled_hulls.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 
 namespace spheretree::runtime {
 namespace {
@@ -16,7 +14,7 @@ Sphere minus(const Sphere& a, const Sphere& b) { return {a.x - b.x, a.y - b.y, a
 
 // An end of a cone.
 struct ConeEnd {
-  std::size_t part, end;
+  std::size_t number;    // of the part, times 2, plus 1 at its ball 1
   Eigen::Vector3d away;  // unit direction of the axis from there
   double length, radius;
   const ConeEnd* next = nullptr;  // of the cone that continues this one
@@ -34,66 +32,74 @@ struct ConeEnd {
 // has no corner.
 class FeltCones {
  public:
-  explicit FeltCones(const Hulls& hulls) : turn(hulls.parts.size()), swell(hulls.parts.size()) {
+  explicit FeltCones(const Hulls& hulls)
+      : turn(2 * hulls.parts.size()), swell(turn.size()), hulls_(hulls), ends_(hulls.balls.size()), joined_(ends_.size()) {
     for (std::size_t i = 0; i < hulls.parts.size(); ++i) {
       const HullPart& part = hulls.parts[i];
       if (ballCount(part) != 2) continue;
       const Sphere &a = hulls.balls[part[0]], &b = hulls.balls[part[1]];
       const Eigen::Vector3d way = centreOf(b) - centreOf(a);
-      ends_[{a.x, a.y, a.z}].push_back({i, 0, way.normalized(), way.norm(), double{a.radius}});
-      ends_[{b.x, b.y, b.z}].push_back({i, 1, -way.normalized(), way.norm(), double{b.radius}});
+      const double length = way.norm();
+      ends_[firstAt(a)].push_back({2 * i, way / length, length, double{a.radius}});
+      ends_[firstAt(b)].push_back({2 * i + 1, -way / length, length, double{b.radius}});
     }
-    for (auto& [centre, ends] : ends_) join(centre, ends, double{hulls.overhang_bound});
-    for (const auto& [centre, ends] : ends_)
+    for (std::size_t at = 0; at < ends_.size(); ++at) join(at);
+    for (const auto& ends : ends_)
       for (const ConeEnd& end : ends)
-        if (end.next) bend(hulls, end);
+        if (end.next) bend(end);
   }
 
-  bool areBeside(const Sphere& ball) const {
-    const auto at = joined_.find({ball.x, ball.y, ball.z});
-    return at != joined_.end() && double{ball.radius} <= at->second;
-  }
+  /// A cone continues another at the centre of this ball, and no smaller ball.
+  bool holds(const Sphere& ball) const { return double{ball.radius} <= joined_[firstAt(ball)]; }
 
-  // (part) at both ends: the felt direction and growth of the radius, for the length of the axis, minus that of the
-  // axis between the felt balls; the felt radius minus the radius.
-  std::vector<std::array<Sphere, 2>> turn;
-  std::vector<std::array<float, 2>> swell;
+  // (two for each part, one for each end) Felt direction and growth of the radius, for the length of the axis, minus
+  // those of the axis between the felt balls; the felt radius minus the radius.
+  std::vector<Sphere> turn;
+  std::vector<float> swell;
 
  private:
-  using Centre = std::array<float, 3>;
-
-  static const ConeEnd* nearest(const ConeEnd& end, const std::vector<ConeEnd>& ends, double bound) {
-    const auto bulge = [&](const ConeEnd& other) { return end.bulgeWith(other, bound); };
-    const auto next = std::ranges::min_element(ends, {}, bulge);
-    return bulge(*next) <= kBulge * bound ? &*next : nullptr;
+  // Number of the first ball with this centre.
+  std::size_t firstAt(const Sphere& ball) const {
+    std::size_t i = 0;
+    while (hulls_.balls[i].x != ball.x || hulls_.balls[i].y != ball.y || hulls_.balls[i].z != ball.z) ++i;
+    return i;
   }
 
-  void join(const Centre& centre, std::vector<ConeEnd>& ends, double bound) {
-    for (ConeEnd& end : ends) {
-      const ConeEnd* const next = nearest(end, ends, bound);
-      if (!next || nearest(*next, ends, bound) != &end) continue;
+  const ConeEnd* nearest(const ConeEnd& end, const std::vector<ConeEnd>& ends) const {
+    const ConeEnd* next = nullptr;
+    double least = kBulge * double{hulls_.overhang_bound};
+    for (const ConeEnd& other : ends)
+      if (const double bulge = end.bulgeWith(other, double{hulls_.overhang_bound}); bulge <= least) next = &other, least = bulge;
+    return next;
+  }
+
+  void join(std::size_t at) {
+    for (ConeEnd& end : ends_[at]) {
+      const ConeEnd* const next = nearest(end, ends_[at]);
+      if (!next || nearest(*next, ends_[at]) != &end) continue;
       end.next = next;
-      swell[end.part][end.end] = static_cast<float>((next->radius - end.radius) / 2);
-      double& largest = joined_[centre];
-      largest = std::max(largest, end.radius);
+      swell[end.number] = static_cast<float>((next->radius - end.radius) / 2);
+      joined_[at] = std::max(joined_[at], end.radius);
     }
   }
 
   // How the felt radius grows from the end, for each length of the axis.
-  double growth(const Hulls& hulls, const ConeEnd& end) const {
-    const auto radius = [&](std::size_t k) { return double{hulls.balls[hulls.parts[end.part][k]].radius} + double{swell[end.part][k]}; };
-    return (radius(1 - end.end) - radius(end.end)) / end.length;
+  double growth(const ConeEnd& end) const {
+    const HullPart& part = hulls_.parts[end.number / 2];
+    const double rise = double{hulls_.balls[part[1]].radius} + double{swell[end.number | 1]} - double{hulls_.balls[part[0]].radius} -
+                        double{swell[end.number & ~std::size_t{1}]};
+    return (end.number % 2 == 0 ? rise : -rise) / end.length;
   }
 
-  void bend(const Hulls& hulls, const ConeEnd& end) {
-    const Eigen::Vector3d felt = (end.away - end.next->away).normalized();
-    const double scale = end.end == 0 ? end.length : -end.length, own = growth(hulls, end);
-    const Eigen::Vector3f change = (scale * (felt - end.away)).cast<float>();
-    turn[end.part][end.end] = {change[0], change[1], change[2], static_cast<float>(-scale * (own + growth(hulls, *end.next)) / 2)};
+  void bend(const ConeEnd& end) {
+    const double scale = end.number % 2 == 0 ? end.length : -end.length;
+    const Eigen::Vector3f change = (scale * ((end.away - end.next->away).normalized() - end.away)).cast<float>();
+    turn[end.number] = {change[0], change[1], change[2], static_cast<float>(-scale * (growth(end) + growth(*end.next)) / 2)};
   }
 
-  std::map<Centre, std::vector<ConeEnd>> ends_;
-  std::map<Centre, double> joined_;  // the larger radius
+  const Hulls& hulls_;
+  std::vector<std::vector<ConeEnd>> ends_;  // at the first ball of each centre
+  std::vector<double> joined_;              // likewise, the larger radius of the cones that continue each other
 };
 
 }  // namespace
@@ -115,10 +121,11 @@ CompiledHulls compileHulls(const Hulls& hulls, const Eigen::Vector3d& origin) {
       out.ball.push_back({block.x[slot % 8], block.y[slot % 8], block.z[slot % 8], block.r[slot % 8]});
       if (out.tree.item[slot] == kNoItem) continue;
       const HullPart& part = hulls.parts[out.tree.item[slot]];
-      out.turn0[out.way.size() - 1] = felt.turn[out.tree.item[slot]][0];
-      out.turn1[out.way.size() - 1] = felt.turn[out.tree.item[slot]][1];
-      out.swell[out.way.size() - 1] = felt.swell[out.tree.item[slot]];
-      if (ballCount(part) == 1 && felt.areBeside(hulls.balls[part[0]])) out.way.back() = kNoFeltWay;
+      const std::size_t end = 2 * out.tree.item[slot];
+      out.turn0[out.way.size() - 1] = felt.turn[end];
+      out.turn1[out.way.size() - 1] = felt.turn[end + 1];
+      out.swell[out.way.size() - 1] = {felt.swell[end], felt.swell[end + 1]};
+      if (ballCount(part) == 1 && felt.holds(hulls.balls[part[0]])) out.way.back() = kNoFeltWay;
       const Sphere& first = hulls.balls[part[0]];
       const Eigen::Vector3f at = (centreOf(first) + origin).cast<float>();
       out.ball.back() = {at.x(), at.y(), at.z(), first.radius};
