@@ -167,6 +167,18 @@ constexpr HullBalls kOnlyBalls{~I8{}, ~I8{}, ~I8{}, I8{}, I8{}, F8{}, U8{}};
 
 inline I8 isSharp(const Patches& p, const U8& side) { return (I8)((p.flags >> side) & splatU(1)) != 0; }
 
+// The slabs that may rest on the smooth patch: the normals of both agree somewhere. Those of a patch with the lean s
+// are within sqrt(2) s of that of its triangle.
+[[gnu::noinline]] I8 liesFlat(const HullParts& h, const Patches& p) {
+  const Vector8 across = cross(p.position[1] - p.position[0], p.position[2] - p.position[0]);
+  const F8 length = squareRoot(dot(across, across)),
+           lean = length * __builtin_convertvector((I8)(p.flags >> kLeanShift), F8) * splat(1.4143f / kLeanMask);
+  const auto agrees = [&](const Vector8& span, const F8& rise) {
+    return size(dot(across, span) - length * rise) <= lean * squareRoot(dot(span, span));
+  };
+  return ~h.is_slab | (agrees(h.span1, h.rise1) & agrees(h.span2, h.rise2));
+}
+
 // Cones touch side `way` of the triangle, slabs corner `way`.
 [[gnu::noinline]] HullBalls touchTriangles(const HullParts& h, const Patches& p, ToolBalls& balls) {
   const F8 zero = splat(0);
@@ -195,6 +207,7 @@ inline I8 isSharp(const Patches& p, const U8& side) { return (I8)((p.flags >> si
     out.nearest = minOf(out.nearest, select(h.is_slab, slab.gap, cone.gap));
   }
   moveTo(~is_ball, w1, w2, h, balls);
+  if (has_slabs) out.smooth = out.smooth & liesFlat(h, p);
   return out;
 }
 
