@@ -179,7 +179,7 @@ void addSearchTree(SphereTree& tree) {
 
 void addHulls(const TriangleMesh& to_cover, const DistanceField& field, const BuildSettings& settings, SphereTree& tree,
               std::vector<std::string>& notes, Progress& progress) {
-  const HullSettings hulls{settings.hull_tolerance_mm, static_cast<std::size_t>(settings.max_hulls), settings.seed};
+  const HullSettings hulls{settings.hull_tolerance_mm, static_cast<std::size_t>(settings.max_hulls)};
   const Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
   tree.hulls = buildHulls(to_cover, field, origin, hulls, progress);
   if (tree.hulls.empty())

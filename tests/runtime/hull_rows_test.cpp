@@ -206,5 +206,58 @@ TEST(HullRows, FeltRowsAreTheClosedFormOnASmoothSphere) {
   EXPECT_GT(met, 100);
 }
 
+// Cones that continue each other are felt as round as what they stand for, here the rim of a disc.
+TEST(HullRows, FeltRowsOfJoinedConesAreThoseOfTheirCurve) {
+  Hulls disc = test::discHulls(2, 0.5, 24);
+  disc.overhang_bound = 0.01f;
+  HullRig rig(disc, test::roundSkin(4));  // of radius 5
+  Random random(11);
+  double leans = 0, off = 0;
+  int met = 0;
+  for (int n = 0; n < 800; ++n) {
+    const Configuration pose{random.between(5.6, 7.4) * random.direction(), test::randomRotation(random)};
+    const Vector3d ball = pose.orientation.inverse() * Vector3d(-pose.position);  // its centre, in the frame of the disc
+    const double beside = std::hypot(ball.x(), ball.y());
+    if (beside < 2) continue;  // the face is felt
+    const Vector3d way = pose.orientation * (Vector3d(2 / beside * ball.x(), 2 / beside * ball.y(), 0) - ball);
+    const double distance = way.norm() - 5.5;
+    if (distance < -0.2 || distance > 0.3) continue;
+    rig.make(pose, 0.4, true);
+    int in = 0;
+    for (std::uint32_t row = rig.rows.guarded; row < rig.rows.rows.count; ++row) {
+      if (!rig.isIn(row) || (rig.normal(row) - way.normalized()).norm() > 0.1) continue;
+      leans = std::max(leans, (rig.normal(row) - way.normalized()).norm());
+      off = std::max(off, std::abs(rig.gap(row) - distance));
+      ++in;
+    }
+    ASSERT_GE(in, 1) << "pose " << n;
+    ++met;
+  }
+  EXPECT_GT(met, 100);
+  EXPECT_LT(leans, 3e-3);  // the corners of the rim turn by 0.26
+  EXPECT_LT(off, 5e-4);    // and lie 0.017 mm outside of its sides
+}
+
+// Of two cones that meet with balls of nearly the same radius, the felt radius goes over from one to the other.
+TEST(HullRows, FeltRowsOfJoinedConesHaveNoStep) {
+  constexpr double kStep = 0.008;
+  Hulls rod = test::hullsOf({test::ballAt({-2, 0, 0}, 0.5), test::ballAt({0, 0, 0}, 0.5), test::ballAt({0, 0, 0}, 0.5 + kStep),
+                             test::ballAt({2, 0, 0}, 0.5 + kStep)},
+                            {{1, kNoHullBall, kNoHullBall}, {2, kNoHullBall, kNoHullBall}, {0, 1, kNoHullBall}, {2, 3, kNoHullBall}}, 2);
+  rod.overhang_bound = 0.01f;
+  HullRig rig(rod, test::roundSkin(5));  // of radius 5
+  double before = 0;
+  for (int k = 0; k <= 200; ++k) {
+    const double x = -1 + 0.01 * k;  // of the touched place, from the joint
+    rig.make({Vector3d(-x, 0, 5.55), Quaternion::Identity()}, 0.4, true);
+    double gap = 1;
+    for (std::uint32_t row = rig.rows.guarded; row < rig.rows.rows.count; ++row)
+      if (rig.isIn(row)) gap = std::min(gap, rig.gap(row));
+    if (k > 0) ASSERT_NEAR(gap, before, 2e-4) << "at " << x;
+    if (k == 100) EXPECT_NEAR(gap, 0.05 - kStep / 2, 5e-4);
+    before = gap;
+  }
+}
+
 }  // namespace
 }  // namespace spheretree::runtime

@@ -55,6 +55,26 @@ TEST(HullStep, ADiscLiesOnABall) {
   EXPECT_LT(off, 0.002);
 }
 
+// A disc that stands with its rim on a ball and turns about its own axis: the hand feels no corner of the rim.
+TEST(HullStep, ARimThatTurnsIsRound) {
+  Hulls disc = test::discHulls(1.5, 0.5, 27);
+  disc.overhang_bound = 0.01f;
+  Rig rig(test::toolOf(disc), ballObject(4));
+  const Quaternion stands = turned(M_PI / 2, Vector3d::UnitX());
+  pressTo(rig, {{0, 0, 7.5}, stands}, {{0, 0, 6.5}, stands});
+  double least = 1, most = 0, angle = 0;
+  for (int k = 0; k < 600; ++k) {
+    const StepResult r = rig.to({{0, 0, 6.5}, turned(2e-3 * k, Vector3d::UnitY()) * stands});
+    least = std::min(least, r.wrench.force.norm());
+    most = std::max(most, r.wrench.force.norm());
+    angle = std::max(angle, degreesBetween(r.wrench.force, Vector3d::UnitZ()));
+    ASSERT_EQ(r.faults, 0u);
+  }
+  EXPECT_NEAR(least, 0.5, 1e-3);  // a rim of corners: 0.49, and 1.7 degrees
+  EXPECT_NEAR(most, 0.5, 1e-3);
+  EXPECT_LT(angle, 0.1);
+}
+
 // A rod lies on a box. Force and torque are those of the pressed pose: the box holds both ends.
 TEST(HullStep, ARodOnAPlaneHasTheTorqueOfItsTilt) {
   for (const double radius : {0.5, 0.3}) {  // of the other end: a cone lies on its side

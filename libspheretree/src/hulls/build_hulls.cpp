@@ -49,10 +49,8 @@ Hulls hullsWithin(const TriangleMesh& mesh, const DistanceField& field, const Ve
   // Less than the tolerance by what the bound may be above what is attained: the bound itself meets the tolerance.
   HullOverhangSettings search;
   search.absolute = search.relative * settings.tolerance;  // of parts that hardly reach out
-  const FitSettings fit{.tolerance = settings.tolerance * (1 - 2 * search.relative),
-                        .rounding = 2 * kFloatStep * farthest,
-                        .max_hulls = settings.max_hulls,
-                        .seed = settings.seed};
+  const FitSettings fit{
+      .tolerance = settings.tolerance * (1 - 2 * search.relative), .rounding = 2 * kFloatStep * farthest, .max_hulls = settings.max_hulls};
   const std::vector<Hull> fitted = fitHulls(mesh, field, fit, progress);
   Hulls hulls = fitted.empty() ? Hulls{} : cutHulls(fitted, origin);
   if (hulls.empty()) return {};

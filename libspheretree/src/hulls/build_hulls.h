@@ -4,7 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
+#include <cstddef>
 #include <string>
 
 #include "geometry/distance_field.h"
@@ -17,7 +17,6 @@ namespace spheretree::builder {
 struct HullSettings {
   double tolerance = 0;       // > 0: of the overhang [mm]; 0: the smallest that max_hulls meet, to a tenth
   std::size_t max_hulls = 0;  // 1 or more
-  std::uint64_t seed = 1;
 };
 
 /// Hulls that cover `mesh` and reach out of `field` by at most the tolerance; empty if that takes more than max_hulls,

@@ -6,6 +6,7 @@
 #include <bit>
 #include <initializer_list>
 #include <map>
+#include <set>
 
 #include "skin/build_search_tree.h"
 #include "spheretree/core/rounding.h"
@@ -16,12 +17,16 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kLongest = 4;  // longest side of a part, as a multiple of its mean radius
+constexpr double kLongest = 4;      // longest side of a part, as a multiple of its mean radius
+constexpr double kAcrossASlab = 8;  // pieces along the longest side of a slab, at most: a thin one would have thousands
 
 Ball between(const Ball& a, const Ball& b) { return {0.5 * (a.centre + b.centre), 0.5 * (a.radius + b.radius)}; }
 
 // The pieces of a hull, halved at their longest sides until they are short.
 std::vector<Hull> piecesOf(const Hull& hull) {
+  double shortest = 0;
+  for (std::size_t k = 0; k < 3 && hull.count == 3; ++k)
+    shortest = std::max(shortest, (hull.ball[k].centre - hull.ball[(k + 1) % 3].centre).norm() / kAcrossASlab);
   std::vector<Hull> pieces, open{hull};
   while (!open.empty()) {
     Hull piece = open.back();
@@ -33,7 +38,7 @@ std::vector<Hull> piecesOf(const Hull& hull) {
       if (length > longest) longest = length, first = k;
       radius += piece.ball[k].radius / static_cast<double>(piece.count);
     }
-    if (longest <= kLongest * radius) {
+    if (longest <= std::max(shortest, kLongest * radius)) {
       pieces.push_back(piece);
       continue;
     }
@@ -103,7 +108,8 @@ class HullCutter {
     return false;
   }
 
-  // Not if it is too steep after rounding: then its sides and corners hold it but for rounding.
+  // A side that two slabs share is added once. A part that is too steep after rounding is left out: its sides and
+  // corners hold it but for rounding.
   void add(const Hull& piece) {
     HullPart part{kNoHullBall, kNoHullBall, kNoHullBall};
     for (std::size_t k = 0; k < piece.count; ++k) {
@@ -117,7 +123,10 @@ class HullCutter {
       part[k] = static_cast<std::uint16_t>(at->second);
     }
     if (balls_.size() > kNoHullBall) return;
-    if (piece.count == 1 || steepness(out_, part) <= kSteepestHull) out_.parts.push_back(part);
+    HullPart sorted = part;
+    std::ranges::sort(sorted);
+    if (piece.count > 1 && (steepness(out_, part) > kSteepestHull || !added_.insert(sorted).second)) return;
+    out_.parts.push_back(part);
   }
 
   std::span<const Hull> hulls_;
@@ -125,6 +134,7 @@ class HullCutter {
   std::vector<HullDistance> distance_;
   std::vector<Eigen::AlignedBox3d> box_;
   std::map<std::array<std::uint32_t, 4>, std::uint32_t> balls_;
+  std::set<HullPart> added_;
   Hulls out_;
 };
 

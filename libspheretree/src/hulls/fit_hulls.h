@@ -4,7 +4,7 @@
 // Units: mm, frame of the mesh.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <vector>
 
 #include "geometry/distance_field.h"
@@ -18,12 +18,11 @@ struct FitSettings {
   double tolerance = 0;       // > 0: of the overhang [mm]
   double rounding = 0;        // share of the tolerance that is left for rounding the hulls [mm]
   std::size_t max_hulls = 0;  // 1 or more
-  std::uint64_t seed = 1;
 };
 
 /// Hulls that cover `mesh`, in the order in which they were chosen. Empty if more than `max_hulls` would be needed, or
 /// if the tolerance is too small for its rounding. `field`: of the solid. Deterministic for any number of threads.
-/// Cost: some 50 ms a hull. @throws Cancelled.
+/// Cost: seconds, whatever the number of hulls. @throws Cancelled.
 std::vector<Hull> fitHulls(const TriangleMesh& mesh, const DistanceField& field, const FitSettings& settings, Progress& progress);
 
 }  // namespace spheretree::builder

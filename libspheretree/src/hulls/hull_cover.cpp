@@ -26,7 +26,7 @@ HullCover::HullCover(std::span<const Hull> hulls, double margin) : tree_(boxesOf
   for (const std::uint32_t i : tree_.order()) distance_.emplace_back(hulls[i]);
 }
 
-bool HullCover::holds(const Piece& triangle, std::size_t omitted) const {
+bool HullCover::holds(const Piece& triangle, std::size_t omitted, Vector3d* bare) const {
   struct Frame {
     Piece piece;
     std::size_t begin, end;  // of its hulls in the stack `near`
@@ -57,7 +57,10 @@ bool HullCover::holds(const Piece& triangle, std::size_t omitted) const {
       is_held = std::ranges::all_of(frame.piece.corner, [&](const Vector3d& p) { return distance(p) <= -margin_; });
     }
     if (is_held) continue;
-    if (!is_middle_held || reach < margin_) return false;
+    if (!is_middle_held || reach < margin_) {
+      if (bare) *bare = centroid;
+      return false;
+    }
     const std::size_t end = near.size();
     for (const Piece& half : halvesOf(frame.piece, longestSide(frame.piece))) open.push_back({half, frame.end, end});
   }

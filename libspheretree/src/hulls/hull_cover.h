@@ -23,8 +23,8 @@ class HullCover {
   HullCover(std::span<const Hull> hulls, double margin);
 
   /// Whether the hulls, without number `omitted`, provably hold the triangle. False if a point of it lies in none, or
-  /// if pieces as short as the margin still lie in no single one.
-  bool holds(const Piece& triangle, std::size_t omitted = kNone) const;
+  /// if pieces as short as the margin still lie in no single one; `bare` then receives that point, or one of a piece.
+  bool holds(const Piece& triangle, std::size_t omitted = kNone, Eigen::Vector3d* bare = nullptr) const;
 
  private:
   std::vector<HullDistance> distance_;  // in slot order

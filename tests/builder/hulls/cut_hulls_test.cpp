@@ -48,6 +48,18 @@ TEST(CutHulls, PartsAreShortAndTheirUnionIsTheHull) {
   }
 }
 
+TEST(CutHulls, AThinSlabHasNoThousandsOfParts) {
+  const Hull face{{Ball{{0, 0, 0}, 0.01}, Ball{{20, 0, 0}, 0.01}, Ball{{0, 20, 0}, 0.01}}, 3};
+  const std::array<std::size_t, 4> kinds = kindsOf(cutHulls(std::vector<Hull>{face}, Vector3d::Zero()));
+  EXPECT_GE(kinds[3], 64u);
+  EXPECT_LE(kinds[3], 128u);
+  // Two slabs share a side, which is cut in the same way for both.
+  const Hull other{{Ball{{20, 20, 9}, 0.01}, Ball{{20, 0, 0}, 0.01}, Ball{{0, 20, 0}, 0.01}}, 3};
+  const std::array<std::size_t, 4> alone = kindsOf(cutHulls(std::vector<Hull>{other}, Vector3d::Zero())),
+                                   both = kindsOf(cutHulls(std::vector<Hull>{face, other}, Vector3d::Zero()));
+  EXPECT_EQ(both[2], kinds[2] + alone[2] - 1024) << "28.3 mm in pieces of at most 0.04";
+}
+
 TEST(CutHulls, JointsMadeByCuttingAndHiddenPartsAreLeftOut) {
   const Hull rod{{Ball{{0, 0, 0}, 1}, Ball{{0, 0, 32}, 1}, {}}, 2};
   EXPECT_EQ(kindsOf(cutHulls(std::vector<Hull>{rod}, Vector3d::Zero())), (std::array<std::size_t, 4>{0, 2, 8, 0}));

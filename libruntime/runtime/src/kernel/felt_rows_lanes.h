@@ -57,14 +57,19 @@ float feltRows(const RowRequest& q) {
     HullBalls hull = kOnlyBalls;
     const Quadratic position(p.position[0], p.position[1], p.position[2], p.position[3], p.position[4], p.position[5]),
         normal(p.normal(0), p.normal(1), p.normal(2), p.normal(3), p.normal(4), p.normal(5));
-    Foot foot = findFoot(position, normal, balls.centre);
+    HullParts parts;
+    Vector8 middle = balls.centre;
     if (q.hulls.way) {
-      const HullParts parts = partsOf(q, i, balls);
+      parts = partsOf(q, i, balls);
+      middle = middle + select(parts.is_slab, splat(1.0f / 3), splat(0.5f)) * (parts.span1 + parts.span2);
+    }
+    Foot foot = findFoot(position, normal, middle);
+    if (q.hulls.way) {
       hull = touchTriangles(parts, p, balls);
-      const HullFoot rest = restOnPatches(hull.smooth, parts, position, normal, balls);
+      const HullFoot rest = restOnPatches(hull.smooth, parts, feltTurns(q, i), position, normal, foot.u, foot.v, balls);
       foot.u = select(hull.smooth, rest.u, foot.u);
       foot.v = select(hull.smooth, rest.v, foot.v);
-      foot.found = (hull.is_ball & foot.found) | rest.found;
+      foot.found = (hull.rests & foot.found) | rest.found;
     }
     const F8 w[3] = {one - foot.u - foot.v, foot.u, foot.v};
     const I8 beyond[3] = {w[2] < seam, w[0] < seam, w[1] < seam};  // sides 01, 12, 20
@@ -79,7 +84,7 @@ float feltRows(const RowRequest& q) {
     const F8 distance = squareRoot(dot(way, way));
     // The centre must be outside; otherwise the flat triangle holds the ball.
     I8 in = (within & (gap > -balls.radius)) |
-            (hull.is_ball & ~within & (gap > splat(kClearOfPlane)) & (distance - balls.radius <= splat(q.max_gap)));
+            (hull.rests & ~within & (gap > splat(kClearOfPlane)) & (distance - balls.radius <= splat(q.max_gap)));
 #pragma GCC unroll 1  // few patches are sharp
     for (unsigned k = 0; k < 3; ++k) {
       const I8 of_hull = hull.sharp & hull.within & ((I8)hull.way == (I8)splatU(k)),

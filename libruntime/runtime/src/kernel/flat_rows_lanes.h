@@ -20,7 +20,7 @@ inline F8 wayToPatch(const U8& flags, const F8& allowance, const ToolBalls& ball
   const I8 is_smooth = (I8)(flags & splatU(7)) == 0, is_curved = (I8)(flags & splatU(kCurved)) != 0;
   const F8 way = distance - balls.radius - swing, never = splat(__builtin_inff());
   const F8 of_hull = select(hull.smooth, hull.nearest - swing, select(hull.sharp, way, never));
-  const F8 of_ball = select(is_smooth, maxOf(way, beside - swing - lean * balls.radius), way);
+  const F8 of_ball = select(is_smooth, select(hull.rests, maxOf(way, beside - swing - lean * balls.radius), never), way);
   return select(is_curved, select(hull.is_ball, of_ball, of_hull), never);
 }
 

@@ -158,20 +158,39 @@ struct HullAxis {
 struct HullBalls {
   I8 within;         // the ball is one that this way answers for: its guaranteed row counts
   I8 is_ball;        // neither a cone nor a slab
+  I8 rests;          // such a ball may rest on the smooth patch
   I8 smooth, sharp;  // a cone or slab whose felt row is that of the smooth patch, or of the sharp side `way`
   F8 nearest;        // lower bound of the distance of the cone or slab from the triangle
   U8 way;
 };
-constexpr HullBalls kOnlyBalls{~I8{}, ~I8{}, I8{}, I8{}, F8{}, U8{}};
+constexpr HullBalls kOnlyBalls{~I8{}, ~I8{}, ~I8{}, I8{}, I8{}, F8{}, U8{}};
 
 inline I8 isSharp(const Patches& p, const U8& side) { return (I8)((p.flags >> side) & splatU(1)) != 0; }
+
+// The slabs that may rest on the smooth patch: the normals of both agree somewhere. Those of a patch with the lean s
+// are within sqrt(2) s of that of its triangle.
+[[gnu::noinline]] I8 liesFlat(const HullParts& h, const Patches& p) {
+  const Vector8 across = cross(p.position[1] - p.position[0], p.position[2] - p.position[0]);
+  const F8 length = squareRoot(dot(across, across)),
+           lean = length * __builtin_convertvector((I8)(p.flags >> kLeanShift), F8) * splat(1.4143f / kLeanMask);
+  const auto agrees = [&](const Vector8& span, const F8& rise) {
+    return size(dot(across, span) - length * rise) <= lean * squareRoot(dot(span, span));
+  };
+  return ~h.is_slab | (agrees(h.span1, h.rise1) & agrees(h.span2, h.rise2));
+}
 
 // Cones touch side `way` of the triangle, slabs corner `way`.
 [[gnu::noinline]] HullBalls touchTriangles(const HullParts& h, const Patches& p, ToolBalls& balls) {
   const F8 zero = splat(0);
   const I8 is_ball = ~(h.is_cone | h.is_slab), sharp0 = isSharp(p, splatU(0)), sharp1 = isSharp(p, splatU(1)),
            first_smooth = sharp0 & ((I8)splatU(1) - sharp1), sharp = isSharp(p, h.way);
-  HullBalls out{is_ball, is_ball, ~is_ball & ~sharp & ((I8)h.way == first_smooth), ~is_ball & sharp, splat(__builtin_inff()), h.way};
+  HullBalls out{is_ball,
+                is_ball,
+                is_ball & ((I8)h.way == 0),
+                ~is_ball & ~sharp & ((I8)h.way == first_smooth),
+                ~is_ball & sharp,
+                splat(__builtin_inff()),
+                h.way};
   if (maskOf(is_ball) == 0xff) return out;
   const bool has_cones = maskOf(h.is_cone) != 0, has_slabs = maskOf(h.is_slab) != 0;
   HullTouch cone{zero, zero, zero, I8{}}, slab = cone;
@@ -188,6 +207,7 @@ inline I8 isSharp(const Patches& p, const U8& side) { return (I8)((p.flags >> si
     out.nearest = minOf(out.nearest, select(h.is_slab, slab.gap, cone.gap));
   }
   moveTo(~is_ball, w1, w2, h, balls);
+  if (has_slabs) out.smooth = out.smooth & liesFlat(h, p);
   return out;
 }
 

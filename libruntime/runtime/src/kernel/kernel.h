@@ -72,10 +72,13 @@ struct HitGroup {
 
 /// What a hull of the tool has beside its first ball (CompiledHulls); null for a tool of balls alone.
 struct HullSpans {
-  const Sphere *span1, *span2;
+  const Sphere *span1, *span2, *turn0, *turn1;
+  const std::array<float, 2>* swell;
   const std::uint32_t* way;
 };
-inline HullSpans spansOf(const CompiledHulls& hulls) { return {hulls.span1.data(), hulls.span2.data(), hulls.way.data()}; }
+inline HullSpans spansOf(const CompiledHulls& hulls) {
+  return {hulls.span1.data(), hulls.span2.data(), hulls.turn0.data(), hulls.turn1.data(), hulls.swell.data(), hulls.way.data()};
+}
 
 struct PairSearch {
   const Block *tool, *object_roots;

@@ -36,7 +36,7 @@ struct Patches {
   U8 packed[9];  // normals, two components in each
   U8 flags;
 
-  Patches(const RowRequest& q, const ToolBalls& balls) {
+  [[gnu::noinline]] Patches(const RowRequest& q, const ToolBalls& balls) {
     const CompiledPatch* patch[8];
     for (unsigned k = 0; k < 8; ++k) patch[k] = q.patches + q.items[balls.slot[k]];
     F8 column[28];

@@ -4,6 +4,7 @@
 // Units: mm; frame: axes of the tool, origin at its reference point.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -11,6 +12,8 @@
 #include "spheretree/core/hulls.h"
 
 namespace spheretree::runtime {
+
+inline constexpr std::uint32_t kNoFeltWay = 3;
 
 /// A part touches a triangle in up to three ways: a ball in its nearest point, a cone at a side, a slab at a
 /// corner. The search finds slots of the tree. A pair with a cone or slab then becomes one for each way: their tool
@@ -20,8 +23,10 @@ struct CompiledHulls {
   std::uint32_t ways_apart = 0;      // number of slots of the tree
   std::vector<Sphere> ball;          // (slot of a way) ball 0 of the part; of an inner node: its bounding sphere
   std::vector<Sphere> span1, span2;  // (slot of a way) balls 1 and 2 minus ball 0; 0 if there are none
-  std::vector<std::uint32_t> way;    // (slot of a way)
-  float smallest_radius = 0;         // of the balls [mm]
+  std::vector<Sphere> turn0, turn1;  // (slot of a way) of cones: how what is felt of them departs from them (FeltTurns)
+  std::vector<std::array<float, 2>> swell;
+  std::vector<std::uint32_t> way;  // (slot of a way); kNoFeltWay: a ball at which one cone continues another
+  float smallest_radius = 0;       // of the balls [mm]
 
   bool empty() const { return ball.empty(); }
   /// The number of balls of the part in a slot of the tree; 1 for an inner node.
