@@ -383,6 +383,21 @@ def cutting_renderers(programs):
     return lines
 
 
+def tool_models(programs):
+    """Tools of leaves and of hulls beside the exact answer for their meshes."""
+    lines = ["| tool, body | model | parts | step: median / p99 | angle [degree] | torque [N mm] | stand-off [mm] | L-ratio: p99, largest |", "|---" * 8 + "|"]
+    for row in json.loads(programs.run("haptic-player", "--compare-tools", "mirror,bur,sphere,groove,side", "--cache", "tool_trees", "--json"))["rows"]:
+        cells = [f"{row['tool']}, {row['body']}", row["model"]]
+        if "parts" in row:
+            times, angle = row["time_us"], row["angle_deg"]
+            cells += [f"{row['parts']:,}", f"{short(times['median'])} / {short(times['p99'])} us", f"{short(angle['median'])} / {short(angle['p99'])}",
+                      short(row["torque_error_nmm"]), short(row["stand_off_mm"])]
+        else:
+            cells += [""] * 5
+        lines.append("| " + " | ".join(cells + [f"{short(row['l_ratio']['p99'])}, {short(row['l_ratio']['largest'])}"]) + " |")
+    return lines
+
+
 def molar_felt(programs):
     """What a ball feels around the crown of a molar, on leaves and on the skin."""
     found = {(name, leaves): row for name, body, leaves, row in renderer_rows(programs) if "molar" in body and name.startswith("constrained")}
@@ -629,7 +644,7 @@ FOREIGN = {"felt_meshes", "proven_limits", "sensitivity", "toolkit_trees", "tool
 QUICK = {"molar_build", "mouth_parts", "skin_errors"}
 TABLES = {function.__name__: function for function in (
     molar_build, mouth_parts, skin_errors, passivity, quiet_walls, mouth_budget, mouth_leaves, node_pairs, split_scans, split_margin, soft_mouth, tissue_overhang, robots, damaged_meshes,
-    sensitivity, felt_meshes, renderer_scenarios, renderer_means, cutting_renderers, molar_felt, molar_leaves, toolkit_trees, tolerance_leaves, proven_limits,
+    sensitivity, felt_meshes, renderer_scenarios, renderer_means, cutting_renderers, tool_models, molar_felt, molar_leaves, toolkit_trees, tolerance_leaves, proven_limits,
     # Of times: the machine should have nothing else to do.
     readme_times, mouth_real_time, mouth_load, tissue_figures, simplified_molar, step_times, qp_times, toolkit_times, view_times)}
 
