@@ -343,17 +343,32 @@ nlohmann::ordered_json toolJson(std::span<const ToolRow> rows) {
 }
 
 std::string toolSection(std::span<const ToolRow> rows) {
+  // Geometric means over the bodies, for each tool and model.
   const auto chart = [&](const std::string& heading, const std::string& label, double ToolRow::*figure) {
-    tool::ScatterChart scatter{heading, "processor time of a step, 99th percentile [us]", label, {}, {}, false};
+    struct Sum {
+      double time = 0, value = 0, parts = 0;
+      int count = 0;
+    };
+    std::vector<std::pair<std::pair<std::string, std::string>, Sum>> sums;  // in the order of the rows
     for (const ToolRow& r : rows) {
       if (r.parts == 0) continue;
-      const bool is_hull = r.model.starts_with("hulls");
-      const std::string series = r.tool + " on " + r.body + (is_hull ? ", hulls" : ", leaves");
-      scatter.points.push_back({r.step_p99, std::max(r.*figure, 1e-4), series,
-                                series + ", " + r.model + ": " + shortNumber(r.step_p99) + " us, " + shortNumber(r.*figure),
-                                r.parts < 65    ? 0
-                                : r.parts < 600 ? 1
-                                                : 2,
+      const std::pair key{r.tool, r.model};
+      auto found = std::ranges::find(sums, key, &decltype(sums)::value_type::first);
+      if (found == sums.end()) found = sums.insert(found, {key, {}});
+      Sum& sum = found->second;
+      sum.time += std::log(std::max(r.step_p99, 1e-3)), sum.value += std::log(std::max(r.*figure, 1e-4));
+      sum.parts += static_cast<double>(r.parts), ++sum.count;
+    }
+    tool::ScatterChart scatter{heading, "processor time of a step, 99th percentile [us]", label, {}, {}, false};
+    for (const auto& [key, sum] : sums) {
+      const bool is_hull = key.second.starts_with("hulls");
+      const double time = std::exp(sum.time / sum.count), value = std::exp(sum.value / sum.count), parts = sum.parts / sum.count;
+      const std::string series = key.first + (is_hull ? ", hulls" : ", leaves");
+      scatter.points.push_back({time, value, series,
+                                key.first + ", " + key.second + ": " + shortNumber(time) + " us, " + shortNumber(value),
+                                parts < 65    ? 0
+                                : parts < 600 ? 1
+                                              : 2,
                                 false, is_hull});
     }
     return tool::scatterSvg(scatter);
@@ -367,7 +382,9 @@ std::string toolSection(std::span<const ToolRow> rows) {
     table.rows.push_back(toolCells(row));
     for (std::string& cell : table.rows.back()) cell = tool::escaped(cell);
   }
-  return "<div class=\"charts\">" + chart("Where the force points", "angle, 99th percentile [degree]", &ToolRow::angle_p99) +
+  return "<p>Lower left is better. Geometric means over the bodies. Discs are leaves, squares are hulls; the larger, the more parts.</p>"
+         "<div class=\"charts\">" +
+         chart("Where the force points", "angle, 99th percentile [degree]", &ToolRow::angle_p99) +
          chart("Where the tool rests", "stand-off, 99th percentile [mm]", &ToolRow::stand_off_p99) +
          chart("How the tool turns", "torque error, 99th percentile [N mm]", &ToolRow::torque_p99) +
          chart("How smooth it is", "L-ratio, 99th percentile", &ToolRow::l_ratio_p99) + "</div>" + table.html();
