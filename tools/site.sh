@@ -60,7 +60,7 @@ QUIET = YES
 WARNINGS = NO
 WARN_IF_DOC_ERROR = NO
 EXTRACT_ALL = YES
-STRIP_FROM_PATH = $PWD
+STRIP_FROM_PATH = $PWD $work
 ENABLE_PREPROCESSING = YES
 MACRO_EXPANSION = YES
 EXPAND_ONLY_PREDEF = YES
@@ -69,6 +69,7 @@ AUTOLINK_SUPPORT = NO
 END
 ) >"$work/Doxyfile"
 doxygen "$work/Doxyfile"
+python3 tools/site/stage.py directories "$work/extra/cpp"
 rm -rf "$out"
 # Every warning is an error. In one process, since several order the search index by chance.
 /usr/bin/python3 -m sphinx -q -W --keep-going -b html -c tools/site -d "$work/doctrees" "$work/stage" "$out"

@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """stage.py pages BUILD FOLDER    the pages of the site, for Sphinx: a copy of the documents, and what is made
 stage.py filter HEADER          a header as Doxygen reads it: every comment is one for it
+stage.py directories FOLDER     names for the pages of directories that do not depend on the place of the sources
 
 A link to a file that is not a page leads to a page that shows the file."""
+import hashlib
 import os
 import re
 import shutil
@@ -29,6 +31,19 @@ def filtered(header: Path) -> str:
         line = re.sub(r"([;,{\w]\s*)/\*(?![*])", r"\1/**<", line)
         out.append(line)
     return "\n".join(out) + "\n"
+
+
+def name_directories(folder: Path):
+    """The names are hashes of the titles, in place of absolute paths."""
+    names = {}
+    for page in folder.glob("dir_*.html"):
+        title = re.search("<title>(.*?)</title>", page.read_text(encoding="utf-8")).group(1)
+        names[page.stem] = "dir_" + hashlib.md5(title.encode()).hexdigest()
+    for page in sorted(path for path in folder.rglob("*") if path.suffix in (".html", ".js")):
+        text = page.read_text(encoding="utf-8")
+        page.write_text(re.sub("dir_[0-9a-f]{32}", lambda match: names.get(match.group(0), match.group(0)), text), encoding="utf-8")
+        if page.stem in names:
+            page.rename(page.with_stem(names[page.stem]))
 
 
 def shown_file(source: Path, target: Path):
@@ -162,6 +177,8 @@ def write_pages(build: Path, folder: Path):
 
 if len(sys.argv) == 3 and sys.argv[1] == "filter":
     sys.stdout.write(filtered(Path(sys.argv[2])))
+elif len(sys.argv) == 3 and sys.argv[1] == "directories":
+    name_directories(Path(sys.argv[2]))
 elif len(sys.argv) == 4 and sys.argv[1] == "pages":
     write_pages(Path(sys.argv[2]).resolve(), Path(sys.argv[3]).resolve())
 else:
