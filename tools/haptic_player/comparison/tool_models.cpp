@@ -73,7 +73,7 @@ std::vector<Part> benchTools() {
       mirror.emplace_back(2 - kRim + kRim * std::cos(a), z + kRim * std::sin(a));
     }
   mirror.emplace_back(0, 0.5);
-  return {{"ball", sphere(1, 96)},
+  return {{"ball", sphere(1, 48)},
           {"probe", samples::makeProbe(), {0, 0, 15}},
           {"mirror", lathe(mirror, 128)},
           {"bur", samples::makeHandpiece(), {0, 0, 15}}};
