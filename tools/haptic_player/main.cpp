@@ -2,7 +2,6 @@
 // haptic-player: plays scenes, and runs the stability scenarios. Options: docs/haptic_player.md
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -433,8 +432,7 @@ void addDeviceOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
       ->needs(measure);
 }
 
-void addScenarioOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
-  cli.add_flag("--list", o.list, "List the scenarios");
+void addComparisonOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
   CLI::Option* const cutting =
       cli.add_flag("--compare-cutting", o.compare_cutting,
                    "Compare how the burr of a scene cuts along its --trajectory with drilling in voxels, as an open simulator does it; "
@@ -450,6 +448,8 @@ void addScenarioOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
                      "commas of the tools ball, probe, mirror, bur and the bodies sphere, edge, groove, molar, side. Prints a table, or "
                      "--json")
           ->type_name("NAMES")
+          ->delimiter(',')
+          ->allow_extra_args(false)
           ->excludes(scenario)
           ->excludes(cutting);
   cli.add_option("--depth-mm", o.tools.depth,
@@ -457,6 +457,11 @@ void addScenarioOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
       ->type_name("MM")
       ->check(numberIn(0.01, 3))
       ->needs(tools);
+}
+
+void addScenarioOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
+  cli.add_flag("--list", o.list, "List the scenarios");
+  addComparisonOptions(cli, o, scenario);
   cli.add_option("--out", o.bench.out, "With --scenario: folder for stability.json, recordings and models")
       ->type_name("DIR")
       ->needs(scenario);

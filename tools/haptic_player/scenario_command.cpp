@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <stdexcept>
 #include <thread>
 
@@ -131,10 +130,7 @@ int runCuttingCommand(const CuttingOptions& options, bool json, builder::Progres
 
 int runToolsCommand(const ToolsOptions& options, bool json, WorkProgress& progress) {
   if (!options.chart.empty()) RunFiles().willWrite(options.chart, {".html"}, "the page");
-  std::vector<std::string> names;
-  for (std::istringstream list(options.names); names.emplace_back(), std::getline(list, names.back(), ',');) {
-  }
-  names.pop_back();
+  std::vector<std::string> names = options.names;
   if (names == std::vector<std::string>{"all"}) names.clear();
   progress.stage("paths of the hand");
   const std::vector<ToolCourse> courses = chosen([&] { return toolBench(names, options.depth, progress); });

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "spheretree/runtime/scene.h"
 #include "view/view_options.h"
@@ -24,9 +25,9 @@ struct CuttingOptions {
   double voxel = 0.1;  // edge [mm]
 };
 
-/// Which tools and bodies of comparison/tool_models.h, separated by commas, or "all"; how deep the hand is [mm].
+/// Which tools and bodies of comparison/tool_models.h, or "all"; how deep the hand is [mm].
 struct ToolsOptions {
-  std::string names;
+  std::vector<std::string> names;
   double depth = 0.5;
   std::filesystem::path cache, chart;
 };

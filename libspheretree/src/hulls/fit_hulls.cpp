@@ -31,6 +31,7 @@ using Triangulation =
                                   CGAL::Triangulation_data_structure_3<VertexBase, CGAL::Regular_triangulation_cell_base_3<Kernel>>>;
 
 constexpr std::size_t kMaxSamples = 40000;       // of the surface
+constexpr std::size_t kMinSamples = 16;          // fewer say nothing of the shape
 constexpr double kSampleArea = 2;                // for each of them, as a multiple of the tolerance times the radius of the ball below it
 constexpr std::size_t kMaxBalls = 1000;          // that are joined
 constexpr double kFirstGap = 8;                  // of the first balls, as a multiple of the tolerance
@@ -182,15 +183,19 @@ class HullFit {
         margin_(kAccuracy * settings.tolerance + settings.rounding),
         most_((1 - kBetween) * settings.tolerance - 2 * margin_) {}
 
-  std::vector<Hull> run() {
+  // Nothing if the tolerance is as large as the solid is thick.
+  std::optional<std::vector<Hull>> run() {
     cutPieces();
     sample();
+    if (now_.samples.size() < kMinSamples) return std::nullopt;
     addBalls(kFirstGap * settings_.tolerance, kMaxBalls / 4);
+    if (now_.balls.empty()) addBalls(most_, 1);
+    if (now_.balls.empty()) return std::nullopt;
     for (int repeat = 0;; ++repeat) {
       const std::vector<Ball> balls = joinedBalls();
       collapseAll();
       prune();
-      if (now_.simplices.size() > kHopeless * settings_.max_hulls) return {};
+      if (now_.simplices.size() > kHopeless * settings_.max_hulls) return std::vector<Hull>();
       if (!hasBare() || repeat == kRepeats) break;
       now_.balls = balls;
     }
@@ -199,7 +204,7 @@ class HullFit {
     std::vector<Hull> hulls = chosen();
     fill(hulls);
     hulls = withoutRedundant(hulls);
-    if (hulls.size() > settings_.max_hulls) return {};
+    if (hulls.size() > settings_.max_hulls) hulls.clear();
     return hulls;
   }
 
@@ -828,8 +833,10 @@ class HullFit {
 }  // namespace
 
 std::vector<Hull> fitHulls(const TriangleMesh& mesh, const DistanceField& field, const FitSettings& settings, Progress& progress) {
-  if (kAccuracy * settings.tolerance < settings.rounding) return {};
-  return HullFit(mesh, field, settings, progress).run();
+  // Hulls for a smaller tolerance are within a tolerance that is larger than the solid is thick.
+  for (FitSettings tried = settings; kAccuracy * tried.tolerance >= tried.rounding; tried.tolerance /= 2)
+    if (std::optional<std::vector<Hull>> hulls = HullFit(mesh, field, tried, progress).run()) return std::move(*hulls);
+  return {};
 }
 
 }  // namespace spheretree::builder

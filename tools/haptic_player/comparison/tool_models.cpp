@@ -2,7 +2,6 @@
 #include "comparison/tool_models.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -219,10 +218,8 @@ const std::vector<std::string> kToolHeads{"tool",           "body",        "mode
 
 std::vector<std::string> toolCells(const ToolRow& r) {
   if (r.parts == 0) {
-    std::vector<std::string> cells{r.tool, r.body, r.model, "", "", "", "", "", "", "", "", ""};
-    cells.push_back(shortNumber(r.l_ratio_p99));
-    cells.push_back(shortNumber(r.l_ratio_largest));
-    return cells;
+    const std::string p99 = shortNumber(r.l_ratio_p99), largest = shortNumber(r.l_ratio_largest);
+    return {r.tool, r.body, r.model, "", "", "", "", "", "", "", "", "", p99, largest};
   }
   std::vector<std::string> cells{r.tool, r.body, r.model, std::to_string(r.parts)};
   for (const double figure : {r.step_median, r.step_p99, r.angle_median, r.angle_p99, r.force_p99, r.torque_p99, r.stand_off_p99, r.deepest,
