@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "kernel/kernel.h"
 #include "rows/rows.h"
 #include "search/find_pairs.h"
 #include "state/step_memory.h"
@@ -257,6 +258,38 @@ TEST(HullRows, FeltRowsOfJoinedConesHaveNoStep) {
     if (k == 100) EXPECT_NEAR(gap, 0.05 - kStep / 2, 5e-4);
     before = gap;
   }
+}
+
+// The rows of the pairs that keepResting() leaves out would have been satisfied always.
+TEST(HullRows, NoPairThatRestsIsLeftOut) {
+  std::size_t left_out = 0, in = 0;
+  std::vector<Hulls> tools = sampleHulls();
+  tools.push_back(test::discHulls(2, 0.5, 24));
+  tools.back().overhang_bound = 0.01f;  // its cones are joined
+  for (const Hulls& hulls : tools)
+    for (const Skin& skin : {test::roundSkin(1), test::roundSkin(3), test::cuspedSkin(2), test::ellipsoidSkin({7, 5, 2}, 2)}) {
+      HullRig some(hulls, skin), all(hulls, skin);
+      KernelTable keeps_all = *all.workspace->memory().kernel;
+      keeps_all.keepResting = [](const RowRequest& request, std::uint32_t*) { return request.count; };
+      all.workspace->memory().kernel = &keeps_all;
+      Random random(12);
+      for (int n = 0; n < 150; ++n) {
+        const Configuration pose{random.between(4, 8) * random.direction(), test::randomRotation(random)};
+        some.make(pose, 0.4, true);
+        all.make(pose, 0.4, true);
+        std::uint32_t next = some.rows.guarded;
+        for (std::uint32_t row = all.rows.guarded; row < all.rows.rows.count; ++row) {
+          if (!all.isIn(row)) continue;
+          while (next < some.rows.rows.count && !some.isIn(next)) ++next;
+          ASSERT_LT(next, some.rows.rows.count) << "hulls of " << hulls.parts.size() << " parts, pose " << n;
+          ASSERT_NEAR(some.gap(next), all.gap(row), 1e-5) << "hulls of " << hulls.parts.size() << " parts, pose " << n;
+          ++next, ++in;
+        }
+        left_out += all.rows.rows.count - some.rows.rows.count;
+      }
+    }
+  EXPECT_GT(in, 1000u);
+  EXPECT_GT(left_out, 10 * in);
 }
 
 }  // namespace

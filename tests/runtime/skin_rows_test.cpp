@@ -445,7 +445,7 @@ TEST(SkinRows, KeepNearLosesNothingThatIsFelt) {
         if (rig.isIn(k) && rig.gap(k) < 0.01) near.push_back(rig.gap(k));
       rig.make(pose, 1, false);
       keepNear(0.01, rig.pairs, rig.rows, rig.memory());
-      const PairSet curved = feltPairs(rig.pairs, 1, rig.memory());
+      PairSet curved = feltPairs(rig.pairs, 1, rig.memory());
       addFeltRows(curved, pose, 1, rig.rows, rig.memory());
       std::vector<double> kept;
       for (std::uint32_t k = rig.rows.guarded; k < rig.rows.rows.count; ++k)

@@ -45,6 +45,20 @@ inline Foot findFoot(const Quadratic& position, const Quadratic& normal, const V
   return foot;
 }
 
+// Leaves those pairs out, in place, whose cone or slab cannot rest on the smooth patch. Returns how many are left.
+std::uint32_t keepResting(const RowRequest& q, std::uint32_t* pairs) {
+  std::uint32_t* end = pairs;
+  for (std::uint32_t i = 0; i < q.count; i += 8) {
+    const ToolBalls balls(q, i);
+    const Patches p(q, balls);
+    const HullParts parts = partsOf(q, i, balls);
+    const unsigned live = i + 8 <= q.count ? 0xffu : (1u << (q.count - i)) - 1,
+                   kept = maskOf(~(parts.is_cone | parts.is_slab) | isSharp(p, parts.way) | mayRest(parts, p)) & live;
+    for (unsigned lanes = kept; lanes; lanes &= lanes - 1) *end++ = pairs[i + static_cast<std::uint32_t>(__builtin_ctz(lanes))];
+  }
+  return static_cast<std::uint32_t>(end - pairs);
+}
+
 // The ball rests on the patch if its foot lies within it. If the foot lies beyond a sharp side, the ball rests on that
 // side. If it lies beyond a smooth side, the ball rests on the neighbour. The plane of this patch is then a row if the
 // ball is above it, as in a hollow, where the ball meets it next; over a ridge the ball is below it.

@@ -2,7 +2,6 @@
 // The search for pairs (find_pairs.h), eight sphere tests at a time. Steps: docs/algorithms/runtime/find_pairs.md
 #pragma once
 
-#include "kernel/hull_balls_lanes.h"
 #include "kernel/kernel.h"
 #include "kernel/vector_lanes.h"
 
@@ -161,17 +160,16 @@ class PairFinder {
     return maskOf(square <= reach * reach);
   }
 
-  // The balls of the object within the margin of a hull: it fills only a small part of its sphere.
+  // The balls of the object within the margin of a hull, as if its balls were all as large as the largest. It fills
+  // only a small part of its sphere.
   [[gnu::noinline]] unsigned nearHull(std::uint32_t slot, const Balls& balls, float motion) const {
-    const Sphere *ball[8], *one[8], *two[8];
-    for (unsigned k = 0; k < 8; ++k) ball[k] = s_.hull_balls + slot, one[k] = s_.hulls.span1 + slot, two[k] = s_.hulls.span2 + slot;
-    HullParts h;
-    F8 x, y, z;
-    transpose(ball, x, y, z, h.radius);
-    h.first = turn(x, y, z, pose_.rotation) + splat(pose_.offset[0], pose_.offset[1], pose_.offset[2]);
-    h.setSpans(one, two, pose_.rotation);
-    const F8 gap = gapOf(h, {balls.x, balls.y, balls.z});
-    return maskOf(gap - balls.r <= splat(s_.inner_margin + motion));
+    const Sphere &first = s_.hull_balls[slot], &one = s_.hulls.span1[slot], &two = s_.hulls.span2[slot];
+    const auto turned = [&](const Sphere& s) { return turn(splat(s.x), splat(s.y), splat(s.z), pose_.rotation); };
+    const Vector8 a = turned(first) + splat(pose_.offset[0], pose_.offset[1], pose_.offset[2]);
+    const F8 square = squareToTriangle(a, a + turned(one), a + turned(two), {balls.x, balls.y, balls.z});
+    const float radius = first.radius + __builtin_fmaxf(0, __builtin_fmaxf(one.radius, two.radius));
+    const F8 reach = balls.r + splat(radius + s_.inner_margin + motion);
+    return maskOf(square <= reach * reach);
   }
 
   // The pairs that are apart in double arithmetic.

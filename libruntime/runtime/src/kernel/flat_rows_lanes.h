@@ -15,8 +15,7 @@ namespace {
 // Cones and slabs touch it with any of their balls, but in one row of their three.
 inline F8 wayToPatch(const U8& flags, const F8& allowance, const ToolBalls& balls, const HullBalls& hull, const F8& distance,
                      const F8& beside) {
-  const F8 swing = allowance * __builtin_convertvector((I8)(flags >> kSwingShift & splatU(kSwingMask)), F8) * splat(1.0f / kSwingMask),
-           lean = __builtin_convertvector((I8)(flags >> kLeanShift), F8) * splat(1.0f / kLeanMask);
+  const F8 swing = swingOf(flags, allowance), lean = leanOf(flags);
   const I8 is_smooth = (I8)(flags & splatU(7)) == 0, is_curved = (I8)(flags & splatU(kCurved)) != 0;
   const F8 way = distance - balls.radius - swing, never = splat(__builtin_inff());
   const F8 of_hull = select(hull.smooth, hull.nearest - swing, select(hull.sharp, way, never));

@@ -16,19 +16,9 @@ constexpr float kJoint = 1e-4f;  // in weights of balls: a touch may be beyond t
 struct HullParts {
   Vector8 first, span1, span2;  // centre of ball 0; from it to balls 1 and 2: zero if there are none
   F8 radius, rise1, rise2;      // of ball 0; radii of balls 1 and 2 minus that
+  F8 bend;                      // as in CompiledHulls
   U8 way;
   I8 is_cone, is_slab;  // neither: a ball
-
-  [[gnu::noinline]] void setSpans(const Sphere* const (&one)[8], const Sphere* const (&two)[8], const float* rotation) {
-    F8 x, y, z;
-    transpose(one, x, y, z, rise1);
-    span1 = turn(x, y, z, rotation);
-    transpose(two, x, y, z, rise2);
-    span2 = turn(x, y, z, rotation);
-    const F8 zero = splat(0);
-    is_slab = dot(span2, span2) > zero;
-    is_cone = (dot(span1, span1) > zero) & ~is_slab;
-  }
 };
 
 // Of the pairs from `i` on; the centres of `balls` are those of balls 0.
@@ -42,8 +32,15 @@ struct HullParts {
     one[k] = q.hulls.span1 + slot;
     two[k] = q.hulls.span2 + slot;
     h.way[k] = q.hulls.way[slot];
+    h.bend[k] = q.hulls.bend[slot];
   }
-  h.setSpans(one, two, q.pose.rotation);
+  F8 x, y, z;
+  transpose(one, x, y, z, h.rise1);
+  h.span1 = turn(x, y, z, q.pose.rotation);
+  transpose(two, x, y, z, h.rise2);
+  h.span2 = turn(x, y, z, q.pose.rotation);
+  h.is_slab = dot(h.span2, h.span2) > splat(0);
+  h.is_cone = (dot(h.span1, h.span1) > splat(0)) & ~h.is_slab;
   return h;
 }
 
@@ -134,25 +131,6 @@ struct HullAxis {
   balls.radius = select(which, h.radius + a * h.rise1 + b * h.rise2, balls.radius);
 }
 
-// The distance of a point from a cone with its ends.
-[[gnu::noinline]] F8 gapOfCone(HullParts h, const Vector8& from, const F8& radius, const Vector8& span, const F8& rise,
-                               const Vector8& point) {
-  h.first = from, h.radius = radius, h.span1 = span, h.rise1 = rise;
-  const F8 w = clamp01(coneAt(h, point).w1);
-  const Vector8 way = point - (from + w * span);
-  return squareRoot(dot(way, way)) - (radius + w * rise);
-}
-
-// The distance of a point from each part. Beside its face, a slab touches with one of its three cones.
-[[gnu::noinline]] F8 gapOf(const HullParts& h, const Vector8& point) {
-  const F8 side1 = gapOfCone(h, h.first, h.radius, h.span1, h.rise1, point);
-  if (maskOf(h.is_slab) == 0) return side1;
-  const HullTouch slab = slabAt(h, point);
-  const F8 side2 = gapOfCone(h, h.first, h.radius, h.span2, h.rise2, point),
-           side3 = gapOfCone(h, h.first + h.span1, h.radius + h.rise1, h.span2 - h.span1, h.rise2 - h.rise1, point);
-  return select(h.is_slab, select(slab.within, slab.gap, minOf(side1, minOf(side2, side3))), side1);
-}
-
 // What the balls of 8 pairs are for. Of a part's three ways, one has the felt row of the smooth patch, and the others
 // those of sharp sides.
 struct HullBalls {
@@ -167,16 +145,34 @@ constexpr HullBalls kOnlyBalls{~I8{}, ~I8{}, ~I8{}, I8{}, I8{}, F8{}, U8{}};
 
 inline I8 isSharp(const Patches& p, const U8& side) { return (I8)((p.flags >> side) & splatU(1)) != 0; }
 
-// The slabs that may rest on the smooth patch: the normals of both agree somewhere. Those of a patch with the lean s
-// are within sqrt(2) s of that of its triangle.
-[[gnu::noinline]] I8 liesFlat(const HullParts& h, const Patches& p) {
-  const Vector8 across = cross(p.position[1] - p.position[0], p.position[2] - p.position[0]);
-  const F8 length = squareRoot(dot(across, across)),
-           lean = length * __builtin_convertvector((I8)(p.flags >> kLeanShift), F8) * splat(1.4143f / kLeanMask);
-  const auto agrees = [&](const Vector8& span, const F8& rise) {
-    return size(dot(across, span) - length * rise) <= lean * squareRoot(dot(span, span));
+// No point of a patch is farther than this from its flat triangle [mm].
+inline F8 swingOf(const U8& flags, const F8& allowance) {
+  return allowance * __builtin_convertvector((I8)(flags >> kSwingShift & splatU(kSwingMask)), F8) * splat(1.0f / kSwingMask);
+}
+
+// Bound of the sine of the angle between the normals of a patch and that of its flat triangle.
+inline F8 leanOf(const U8& flags) { return __builtin_convertvector((I8)(flags >> kLeanShift), F8) * splat(1.0f / kLeanMask); }
+
+// How a part lies on a triangle.
+struct HullLie {
+  F8 above;     // how far its balls, as they are felt, are from the plane of the triangle
+  I8 may_rest;  // on the smooth patch: the normals of both agree somewhere
+};
+
+// The normals of a patch with the lean s are within sqrt(2) s of that of its triangle.
+[[gnu::noinline]] HullLie lieOf(const HullParts& h, const Patches& p) {
+  const F8 zero = splat(0), one = splat(1);
+  const Vector8 across = cross(p.position[1] - p.position[0], p.position[2] - p.position[0]),
+                normal = dividedBy(one, squareRoot(dot(across, across))) * across;
+  const F8 height = dot(normal, h.first - p.position[0]), along1 = dot(normal, h.span1), along2 = dot(normal, h.span2);
+  const auto lowest = [&](const F8& side) {
+    return side * height - h.radius + minOf(zero, minOf(side * along1 - h.rise1, side * along2 - h.rise2));
   };
-  return ~h.is_slab | (agrees(h.span1, h.rise1) & agrees(h.span2, h.rise2));
+  const auto agrees = [&](const Vector8& span, const F8& along, const F8& rise) {
+    return size(along - rise) <= splat(1.4143f) * leanOf(p.flags) * (squareRoot(dot(span, span)) + h.bend) + h.bend;
+  };
+  return {maxOf(lowest(one), lowest(zero - one)) - splat(0.5f) * h.bend,
+          agrees(h.span1, along1, h.rise1) & (h.is_cone | agrees(h.span2, along2, h.rise2))};
 }
 
 // Cones touch side `way` of the triangle, slabs corner `way`.
@@ -192,22 +188,19 @@ inline I8 isSharp(const Patches& p, const U8& side) { return (I8)((p.flags >> si
                 splat(__builtin_inff()),
                 h.way};
   if (maskOf(is_ball) == 0xff) return out;
-  const bool has_cones = maskOf(h.is_cone) != 0, has_slabs = maskOf(h.is_slab) != 0;
+  const I8 is1 = (I8)h.way == (I8)splatU(1), is2 = (I8)h.way == (I8)splatU(2);
+  const auto ofWay = [&](const Vector8& a, const Vector8& b, const Vector8& c) { return select(is2, c, select(is1, b, a)); };
+  const Vector8 corner = ofWay(p.position[0], p.position[1], p.position[2]), next = ofWay(p.position[1], p.position[2], p.position[0]);
   HullTouch cone{zero, zero, zero, I8{}}, slab = cone;
-  F8 w1 = zero, w2 = zero;
-#pragma GCC unroll 1
-  for (unsigned k = 0; k < 3; ++k) {
-    const Vector8& a = p.position[k];
-    if (has_cones) cone = coneAt(h, a, p.position[(k + 1) % 3] - a);
-    if (has_slabs) slab = slabAt(h, a);
-    const I8 mine = ((I8)h.way == (I8)splatU(k)) & ~is_ball;
-    w1 = select(mine, select(h.is_slab, slab.w1, cone.w1), w1);
-    w2 = select(mine, select(h.is_slab, slab.w2, zero), w2);
-    out.within = out.within | (mine & ((h.is_slab & slab.within) | (h.is_cone & cone.within)));
-    out.nearest = minOf(out.nearest, select(h.is_slab, slab.gap, cone.gap));
+  if (maskOf(h.is_cone) != 0) cone = coneAt(h, corner, next - corner);
+  if (maskOf(h.is_slab) != 0) slab = slabAt(h, corner);
+  out.within = out.within | (h.is_slab & slab.within) | (h.is_cone & cone.within);
+  moveTo(~is_ball, select(h.is_slab, slab.w1, cone.w1), select(h.is_slab, slab.w2, zero), h, balls);
+  if (maskOf(out.smooth) != 0) {
+    const HullLie lie = lieOf(h, p);
+    out.smooth = out.smooth & lie.may_rest;
+    out.nearest = lie.above;
   }
-  moveTo(~is_ball, w1, w2, h, balls);
-  if (has_slabs) out.smooth = out.smooth & liesFlat(h, p);
   return out;
 }
 

@@ -104,6 +104,89 @@ inline F8 leans(const PatchPlace& p, const HullParts& h, const PatchFunction& f,
   return (h.is_cone & (leans(p, h, f, g) > splat(0))) | (h.is_slab & (uu > splat(0)) & (uu * vv > uv * uv));
 }
 
+// Least and largest value.
+struct Range {
+  F8 least = splat(__builtin_inff()), most = splat(-__builtin_inff());
+  void add(const F8& value) { least = minOf(least, value), most = maxOf(most, value); }
+};
+[[gnu::noinline]] I8 meet(const Range& a, const Range& b, const F8& slack) {
+  const F8 far = slack + splat(8 * kJoint) * (a.most - a.least + (b.most - b.least));
+  return (a.least <= b.most + far) & (b.least <= a.most + far);
+}
+
+// The directions in which mayRest() measures a patch. Of a slab: `first` and `second` give the weights of balls 1 and
+// 2, along the normal of its face that is turned to the patch. Of a cone: `first` gives the weight of ball 1 abreast of
+// a point; `second` is the direction from the middle of the patch to the axis, `third` is across both.
+struct PatchDirections {
+  Vector8 up, first, second, third;  // up: normal of the triangle
+  [[gnu::noinline]] PatchDirections(const HullParts& h, const Patches& p) {
+    const F8 zero = splat(0), one = splat(1);
+    const auto unit = [&](const Vector8& v) { return dividedBy(one, squareRoot(dot(v, v))) * v; };
+    up = unit(cross(p.position[1] - p.position[0], p.position[2] - p.position[0]));
+    const Vector8 across = cross(h.span1, h.span2);
+    const F8 inverse2 = dividedBy(one, dot(across, across));
+    const Vector8 fall = inverse2 * (h.rise1 * cross(h.span2, across) + h.rise2 * cross(across, h.span1));
+    const F8 tilt = squareRoot(maxOf(one - dot(fall, fall), splat(1e-6f)) * inverse2);
+    const Vector8 face = select(dot(across, up) < zero, zero - tilt, tilt) * across + fall, t1 = cross(h.span1, face),
+                  t2 = cross(h.span2, face);
+    const Vector8 along = dividedBy(one, dot(h.span1, h.span1)) * h.span1,
+                  to_axis = h.first - splat(1.0f / 3) * (p.position[0] + p.position[1] + p.position[2]),
+                  ahead = unit(to_axis - dot(to_axis, along) * h.span1);
+    first = select(h.is_slab, dividedBy(one, dot(h.span1, t2)) * t2, along);
+    second = select(h.is_slab, dividedBy(one, dot(h.span2, t1)) * t1, ahead);
+    third = cross(unit(h.span1), ahead);
+  }
+};
+
+// Whether a cone or slab may rest somewhere on the patch: a bound for what restOnPatches() finds, many times cheaper. A
+// quadratic field of the patch lies between the values at its six control points.
+[[gnu::noinline]] I8 mayRest(const HullParts& h, const Patches& p) {
+  const F8 zero = splat(0), one = splat(1), half = splat(0.5f), joint = splat(kJoint), infinite = splat(__builtin_inff());
+  const PatchDirections d(h, p);
+  Range lean1, lean2;                      // normal . span
+  Range first, second, third;              // a slab: weights of balls 1 and 2, and their sum; a cone: weight of ball 1, slopes
+                                           // of the way to the axis and of the normal, seen along the axis
+  F8 longest2 = zero, upright = infinite;  // of the normals
+  F8 farthest2 = zero, ahead = infinite, normal_ahead = infinite;  // from the axis of a cone; of the way to it, and of the normal
+#pragma GCC unroll 1
+  for (unsigned k = 0; k < 6; ++k) {
+    Vector8 at = p.position[k], normal = p.normal(k);
+    if (k >= 3) {  // control points of the sides, from the points at their middles
+      const unsigned from = k - 3, to = (k - 2) % 3;
+      at = splat(2) * at - half * (p.position[from] + p.position[to]);
+      normal = splat(2) * normal - half * (p.normal(from) + p.normal(to));
+    }
+    const Vector8 way = h.first - at;
+    const F8 w1 = zero - dot(way, d.first), along_second = dot(way, d.second), off = dot(way, d.third), towards = dot(normal, d.second);
+    lean1.add(dot(normal, h.span1));
+    lean2.add(dot(normal, h.span2));
+    first.add(w1);
+    second.add(select(h.is_slab, zero - along_second, off / along_second));
+    third.add(select(h.is_slab, w1 - along_second, dot(normal, d.third) / towards));
+    longest2 = maxOf(longest2, dot(normal, normal));
+    upright = minOf(upright, dot(normal, d.up));
+    farthest2 = maxOf(farthest2, along_second * along_second + off * off);
+    ahead = minOf(ahead, along_second);
+    normal_ahead = minOf(normal_ahead, towards);
+  }
+  const F8 longest = squareRoot(longest2), shortest = maxOf(upright, zero);
+  const auto agrees = [&](const Range& lean, const F8& rise) {
+    Range of_part;
+    of_part.add(rise * shortest);
+    of_part.add(rise * longest);
+    return meet(lean, of_part, h.bend * longest);
+  };
+  const Range weights{zero, one};
+  // The felt axis of a cone leaves the straight one, and the ball that touches is not the one abreast of the place.
+  const F8 inverse = dividedBy(one, squareRoot(dot(h.span1, h.span1))), sine = minOf(inverse * (size(h.rise1) + h.bend), splat(0.999f)),
+           farthest = squareRoot(farthest2), slide = farthest * sine / squareRoot(one - sine * sine),
+           off = longest * (inverse * h.bend * (farthest + slide) + half * h.bend) / (ahead * normal_ahead);
+  const I8 slab = meet(second, weights, joint) & meet(third, weights, joint),
+           cone = (ahead <= zero) | (normal_ahead <= zero) | meet(second, third, off);
+  return agrees(lean1, h.rise1) & agrees(lean2, h.rise2) & meet(first, weights, joint + select(h.is_slab, zero, inverse * slide)) &
+         ((h.is_slab & slab) | (h.is_cone & cone));
+}
+
 struct HullFoot {
   F8 u, v;
   I8 found;

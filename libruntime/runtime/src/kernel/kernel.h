@@ -74,10 +74,12 @@ struct HitGroup {
 struct HullSpans {
   const Sphere *span1, *span2, *turn0, *turn1;
   const std::array<float, 2>* swell;
+  const float* bend;
   const std::uint32_t* way;
 };
 inline HullSpans spansOf(const CompiledHulls& hulls) {
-  return {hulls.span1.data(), hulls.span2.data(), hulls.turn0.data(), hulls.turn1.data(), hulls.swell.data(), hulls.way.data()};
+  return {hulls.span1.data(), hulls.span2.data(), hulls.turn0.data(), hulls.turn1.data(),
+          hulls.swell.data(), hulls.bend.data(),  hulls.way.data()};
 }
 
 struct PairSearch {
@@ -147,7 +149,8 @@ struct KernelTable {
   PairSearchResult (*findPairs)(const PairSearch&);  // among these near objects
   float (*sphereRows)(const RowRequest&);            // ball and ball; returns the smallest gap
   float (*flatRows)(const RowRequest&);              // ball, reduced by the allowance, and flat triangle; returns the smallest gap
-  float (*feltRows)(const RowRequest&);              // ball and patch; always satisfied if the ball does not rest on this patch
+  std::uint32_t (*keepResting)(const RowRequest&, std::uint32_t* pairs);  // in place those of hulls that may rest on their patch
+  float (*feltRows)(const RowRequest&);  // ball and patch; always satisfied if the ball does not rest on this patch
   WorstRow (*worstRow)(const float* const* a, const float* b, std::uint32_t count, const float* y);  // count > 0
 };
 

@@ -13,7 +13,7 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr KernelTable kTable{findNear, findPairs, sphereRows, flatRows, feltRows, worstRow};
+constexpr KernelTable kTable{findNear, findPairs, sphereRows, flatRows, keepResting, feltRows, worstRow};
 
 }  // namespace
 }  // namespace spheretree::runtime

@@ -154,16 +154,25 @@ PairSet feltPairs(const PairSet& set, double way, StepMemory& memory) noexcept {
   return out;
 }
 
-void addFeltRows(const PairSet& felt, const Configuration& pose, double max_gap, RowSet& rows, StepMemory& memory) noexcept {
+void addFeltRows(PairSet& felt, const Configuration& pose, double max_gap, RowSet& rows, StepMemory& memory) noexcept {
   if (felt.pairs.empty()) return;
   Requests requests(pose, RowForm::TrueDistance, memory);
   requests.request().max_gap = static_cast<float>(max_gap);
-  for (const PairRun& run : felt.runs) {
+  std::uint32_t count = 0;
+  for (PairRun& run : memory.felt_runs) {
+    if (!memory.scene.hulls.empty()) {
+      std::uint32_t* const pairs = memory.felt_pairs.data() + run.begin;
+      run.count = memory.kernel->keepResting(requests.of(memory.views[run.object], run, felt.pairs.data(), rows.rows.count), pairs);
+      std::copy_n(pairs, run.count, memory.felt_pairs.data() + count);
+      run.begin = count;
+    }
+    count += run.count;
     const RowRequest& request = requests.of(memory.views[run.object], run, felt.pairs.data(), rows.rows.count);
     const float gap = memory.isTissue(run.object) ? memory.tissue->patchRows(request) : memory.kernel->feltRows(request);
     rows.smallest_felt_gap = std::min(rows.smallest_felt_gap, gap);
     rows.rows.count += run.count;
   }
+  felt.pairs = felt.pairs.first(count);
   padRows(memory, rows.rows.count);
 }
 

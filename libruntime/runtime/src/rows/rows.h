@@ -41,6 +41,6 @@ PairSet feltPairs(const PairSet& pairs, double way, StepMemory& memory) noexcept
 
 /// Adds the felt row of each pair in `felt` to `rows`, which makeRows() made at `pose`. The plane beside a patch is
 /// left out if its gap exceeds `max_gap` [mm]. Cost: about 40 ns a pair. No allocation.
-void addFeltRows(const PairSet& felt, const Configuration& pose, double max_gap, RowSet& rows, StepMemory& memory) noexcept;
+void addFeltRows(PairSet& felt, const Configuration& pose, double max_gap, RowSet& rows, StepMemory& memory) noexcept;
 
 }  // namespace spheretree::runtime

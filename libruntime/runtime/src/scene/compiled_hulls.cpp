@@ -52,6 +52,14 @@ class FeltCones {
   /// A cone continues another at the centre of this ball, and no smaller ball.
   bool holds(const Sphere& ball) const { return double{ball.radius} <= joined_[firstAt(ball)]; }
 
+  // CompiledHulls::bend of a part. A cubic axis with the turns t at its ends is within max |t| / 4 of the straight one.
+  float bendOf(std::size_t part) const {
+    const Sphere &a = turn[2 * part], &b = turn[2 * part + 1];
+    const auto turns = static_cast<float>(std::max(centreOf(a).norm(), centreOf(b).norm()));
+    return turns + std::max(std::abs(a.radius), std::abs(b.radius)) +
+           2 * std::max(std::abs(swell[2 * part]), std::abs(swell[2 * part + 1]));
+  }
+
   // (two for each part, one for each end) Felt direction and growth of the radius, for the length of the axis, minus
   // those of the axis between the felt balls; the felt radius minus the radius.
   std::vector<Sphere> turn;
@@ -113,6 +121,7 @@ CompiledHulls compileHulls(const Hulls& hulls, const Eigen::Vector3d& origin) {
   out.ways_apart = static_cast<std::uint32_t>(out.tree.item.size());
   out.span1 = out.span2 = out.turn0 = out.turn1 = std::vector<Sphere>(3 * out.ways_apart);
   out.swell.resize(out.span1.size());
+  out.bend.resize(out.span1.size());
   const FeltCones felt(hulls);
   for (std::uint32_t way = 0; way < 3; ++way)
     for (std::uint32_t slot = 0; slot < out.ways_apart; ++slot) {
@@ -125,6 +134,7 @@ CompiledHulls compileHulls(const Hulls& hulls, const Eigen::Vector3d& origin) {
       out.turn0[out.way.size() - 1] = felt.turn[end];
       out.turn1[out.way.size() - 1] = felt.turn[end + 1];
       out.swell[out.way.size() - 1] = {felt.swell[end], felt.swell[end + 1]};
+      out.bend[out.way.size() - 1] = felt.bendOf(out.tree.item[slot]);
       if (ballCount(part) == 1 && felt.holds(hulls.balls[part[0]])) out.way.back() = kNoFeltWay;
       const Sphere& first = hulls.balls[part[0]];
       const Eigen::Vector3f at = (centreOf(first) + origin).cast<float>();

@@ -25,6 +25,9 @@ struct CompiledHulls {
   std::vector<Sphere> span1, span2;  // (slot of a way) balls 1 and 2 minus ball 0; 0 if there are none
   std::vector<Sphere> turn0, turn1;  // (slot of a way) of cones: how what is felt of them departs from them (FeltTurns)
   std::vector<std::array<float, 2>> swell;
+  // (slot of a way) What is felt departs by at most this from the direction of the axis, for its length, and from the
+  // growth of the radius; from the part itself by at most half of it [mm].
+  std::vector<float> bend;
   std::vector<std::uint32_t> way;  // (slot of a way); kNoFeltWay: a ball at which one cone continues another
   float smallest_radius = 0;       // of the balls [mm]
 

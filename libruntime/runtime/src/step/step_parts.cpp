@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kMaxRelaxations = 16;      // in one QP with conflicting rows
 constexpr std::uint32_t kFeltWork = 12;  // cost of 8 felt rows, in groups of rows
-constexpr std::uint32_t kHullWork = 20;  // cost of 8 rows of hulls, in rows of balls
+constexpr std::uint32_t kHullWork = 16;  // cost of 8 rows of hulls, in rows of balls
 
 class Stage {
  public:
