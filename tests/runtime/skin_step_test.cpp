@@ -98,6 +98,53 @@ TEST(SkinStep, TrianglesInAPlaneMakeNoRipple) {
   }
 }
 
+// Hollows that are narrower than the ball: where it is, other patches hold it at each place.
+Skin hollowSkin(Random& random) {
+  const double turn = random.between(0, 3);
+  const auto height = [turn](double x, double y) {
+    const double u = std::cos(turn) * x + std::sin(turn) * y, v = std::cos(turn) * y - std::sin(turn) * x;
+    return 0.3 * std::cos(2.2 * u) + 0.25 * std::cos(2.7 * v);
+  };
+  const auto onSurface = [height](const Vector3d& p) { return Vector3d(p.x(), p.y(), height(p.x(), p.y())); };
+  constexpr int kSide = 24;
+  test::SmoothMesh mesh;
+  mesh.project = onSurface;
+  const auto at = [](int i, int j) { return static_cast<std::uint16_t>(i * (kSide + 1) + j); };
+  for (int i = 0; i <= kSide; ++i)
+    for (int j = 0; j <= kSide; ++j) {
+      const double x = 0.5 * i - 6 + random.between(-0.15, 0.15), y = 0.5 * j - 6 + random.between(-0.15, 0.15), d = 1e-5;
+      mesh.positions.push_back(onSurface({x, y, 0}));
+      mesh.normals.push_back(
+          Vector3d((height(x - d, y) - height(x + d, y)) / (2 * d), (height(x, y - d) - height(x, y + d)) / (2 * d), 1).normalized());
+    }
+  for (int i = 0; i < kSide; ++i)
+    for (int j = 0; j < kSide; ++j) {
+      mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  return test::skinOf(mesh);
+}
+
+TEST(SkinStep, ABallComesToRestInHollowsThatAreNarrowerThanItself) {
+  Random random(3);
+  for (int surface = 0; surface < 40; ++surface) {
+    Rig rig(test::oneBallTree(1.2), withSkin(test::boxTree({6, 6, 0.5}, {24, 24, 2}, 0.9), hollowSkin(random)));
+    for (int place = 0; place < 25; ++place) {
+      const Vector3d over(random.between(-3, 3), random.between(-3, 3), 2.5);
+      resetTo({over, kUpright}, *rig.workspace);
+      for (int k = 0; k < 100; ++k) rig.toPoint(over - Vector3d(0, 0, 0.02 * std::min(k, 80)));
+      Vector3d last = rig.toPoint(over - Vector3d(0, 0, 1.6)).graphic.position;
+      double moves = 0;
+      for (int k = 0; k < 60; ++k) {
+        const Vector3d next = rig.toPoint(over - Vector3d(0, 0, 1.6)).graphic.position;
+        if (k >= 40) moves = std::max(moves, (next - last).norm());
+        last = next;
+      }
+      EXPECT_LT(moves, 2e-4) << "surface " << surface << ", over " << over.transpose();
+    }
+  }
+}
+
 TEST(SkinStep, SharpEdgesStaySharp) {
   // A ball around the edge of a box: the exact offset is a quarter of a cylinder.
   Rig rig(test::oneBallTree(1), withSkin(test::boxTree({2.5, 2.5, 2.5}, {6, 6, 6}, 0.8), test::boxSkin({3, 3, 3})));

@@ -54,9 +54,10 @@ PieceEnd ConstrainedStep::approach() {
   Approach approach(path_);
   PieceEnd end = PieceEnd::GoesOn;
   while (!isLast(end)) {
-    if (!path_.mayGoOn() || (path_.margin.needsSearch() && !path_.search())) return PieceEnd::Blocked;
-    end = approach.next().end;
+    const bool is_blocked = !path_.mayGoOn() || (path_.margin.needsSearch() && !path_.search());
+    end = is_blocked ? PieceEnd::Blocked : approach.next().end;
   }
+  if (end != PieceEnd::AtRest && end != PieceEnd::AtHand) path_.returnToNearest();
   return end;
 }
 

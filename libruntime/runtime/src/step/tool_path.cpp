@@ -93,6 +93,27 @@ void ToolPath::moveCoarsely() {
   parts.result.penetration = depth;
 }
 
+void ToolPath::record() {
+  best_.record(now_, depth_);
+  if (std::max(depth_, felt_depth_) > 0.5 * kGapTolerance) return;
+  const double left = scaledWay().norm();
+  if (left < nearest_left_) nearest_ = now_, nearest_left_ = left;
+}
+
+void ToolPath::returnToNearest() {
+  if (!(nearest_left_ < scaledWay().norm()) || parts.rubsOrGives()) return;
+  const double back = parts.reach(displacementBetween(now_, nearest_));
+  if (knowsContacts() && back <= margin.left()) {
+    margin.use(back);
+    moveTo(nearest_);
+    makeRows();
+    record();
+  } else if (parts.workLeft()) {
+    moveTo(nearest_);
+    search();
+  }
+}
+
 double ToolPath::solve(const Vector6& want) {
   parts.rubs = depth_ <= limits.depth;
   return parts.rubsOrGives() ? parts.solveContact(pairs_, rows_, want, now_, nullptr) : parts.solve(rows_, want);

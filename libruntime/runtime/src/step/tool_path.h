@@ -59,9 +59,16 @@ class ToolPath {
   void dropFar() { parts.keepNear(margin.value(), pairs_, rows_); }
   void dropAll() { pairs_ = {}; }
   /// The step answers with now() if it is free, or less deep than the best pose so far.
-  void record() { best_.record(now_, depth_); }
+  void record();
+  /// Moves to the pose that is nearest to the haptic pose of all that were recorded and that no row forbids. A tool in
+  /// a hollow that is narrower than itself may find no pose at which its rows hold it, since with each pose others
+  /// count; so it rests where it gets farthest.
+  void returnToNearest();
   /// The step answers with now(), since bodies have moved and the best pose so far may be free no longer.
-  void answerNow() { best_.set(now_, depth_); }
+  void answerNow() {
+    best_.set(now_, depth_);
+    nearest_left_ = std::numeric_limits<double>::infinity();
+  }
 
  private:
   ToolPath(StepParts& parts, const Configuration& haptic, const Displacement& hand_motion, const Displacement& to_hand);
@@ -74,6 +81,8 @@ class ToolPath {
   RowSet rows_;
   double depth_ = 0, felt_depth_ = 0;
   BestPose best_;
+  Configuration nearest_;
+  double nearest_left_ = std::numeric_limits<double>::infinity();  // distance of nearest_ from the haptic pose [mm, scaled]
   bool was_inside_ = false;
 };
 
