@@ -183,7 +183,7 @@ class HullFit {
         margin_(kAccuracy * settings.tolerance + settings.rounding),
         most_((1 - kBetween) * settings.tolerance - 2 * margin_) {}
 
-  // Nothing if the tolerance is as large as the solid is thick.
+  // Nothing if the solid is nowhere thicker than the tolerance.
   std::optional<std::vector<Hull>> run() {
     cutPieces();
     sample();
@@ -207,6 +207,8 @@ class HullFit {
     if (hulls.size() > settings_.max_hulls) hulls.clear();
     return hulls;
   }
+  // Whether it is so in places, which single balls hold then.
+  bool isThin() const { return is_thin_; }
 
  private:
   static Vector3d normalOf(const Piece& piece) {
@@ -773,7 +775,7 @@ class HullFit {
   }
 
   // Balls below the pieces that no hull holds.
-  void fill(std::vector<Hull>& hulls) const {
+  void fill(std::vector<Hull>& hulls) {
     const HullCover cover(hulls, margin_);
     std::vector<Piece> open;
     for (const auto& [piece, place] : bareOf(cover)) open.push_back(piece);
@@ -788,6 +790,10 @@ class HullFit {
       if (std::ranges::any_of(added, [&](const HullDistance& d) { return holds(d, piece); }) || cover.holds(piece)) continue;
       Hull hull;
       hull.ball[0] = ballBelow(piece);
+      for (double depth = 0.25 * settings_.tolerance; !(hull.ball[0].radius > 0) && depth > margin_; depth *= 0.5) {
+        is_thin_ = true;
+        hull.ball[0] = ballBelowPoint(field_, centroidOf(piece), normalOf(piece), depth);
+      }
       const bool has_ball = hull.ball[0].radius > 0;
       hull = grownBy(hull, settings_.tolerance - settings_.rounding);
       if (has_ball && holds(HullDistance(hull), piece)) {
@@ -795,7 +801,9 @@ class HullFit {
         added.emplace_back(hull);
         continue;
       }
-      for (const Piece& half : halvesOf(piece, longestSide(piece))) open.push_back(half);
+      const std::size_t k = longestSide(piece);
+      if (side2(piece, k) < margin_ * margin_) continue;  // the solid has no thickness here: the proof of the cover says so
+      for (const Piece& half : halvesOf(piece, k)) open.push_back(half);
     }
   }
 
@@ -825,7 +833,8 @@ class HullFit {
   const FitSettings& settings_;
   Progress& progress_;
   double margin_;  // how deep a point has to lie in a hull to count as held [mm]
-  double most_;    // that a hull and a sample may cost [mm]
+  bool is_thin_ = false;
+  double most_;  // that a hull and a sample may cost [mm]
   std::vector<CutPiece> pieces_;
   Complex now_;
 };
@@ -833,10 +842,16 @@ class HullFit {
 }  // namespace
 
 std::vector<Hull> fitHulls(const TriangleMesh& mesh, const DistanceField& field, const FitSettings& settings, Progress& progress) {
-  // Hulls for a smaller tolerance are within a tolerance that is larger than the solid is thick.
-  for (FitSettings tried = settings; kAccuracy * tried.tolerance >= tried.rounding; tried.tolerance /= 2)
-    if (std::optional<std::vector<Hull>> hulls = HullFit(mesh, field, tried, progress).run()) return std::move(*hulls);
-  return {};
+  // Hulls for a smaller tolerance are within one that is larger than the solid is thick, and may be fewer.
+  std::vector<Hull> fewest;
+  for (FitSettings tried = settings; kAccuracy * tried.tolerance >= tried.rounding; tried.tolerance /= 2) {
+    HullFit fit(mesh, field, tried, progress);
+    std::optional<std::vector<Hull>> hulls = fit.run();
+    if (!hulls) continue;
+    if (!hulls->empty() && (fewest.empty() || hulls->size() < fewest.size())) fewest = std::move(*hulls);
+    if (!fit.isThin()) break;
+  }
+  return fewest;
 }
 
 }  // namespace spheretree::builder
