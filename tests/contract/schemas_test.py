@@ -135,7 +135,10 @@ def player(build: Path, program: Path, work: Path):
     check("run", run(play, work / "trees", "--clock", "stepped", "--seconds", "0.2", "--passivity-control", "--record", work / "played.csv", "--json"))
     check("recording_report", run(program, "report", work / "played.csv", "-o", work / "played.html", "--json"))
     check("cutting", run(play, "--compare-cutting", "--voxel-mm", "0.5", "--json"))
-    check("tools", run(play, "--compare-tools", "ball,edge", "--json"))
+    tools = run(play, "--compare-tools", "ball,edge", "--json", "--chart", work / "tools.html")
+    check("tools", tools)
+    assert {"exact", "512 leaves"} <= {row["model"] for row in json.loads(tools)["rows"]}, "models are missing"
+    assert "How much model a tool needs" in (work / "tools.html").read_text(), "the page has no chart"
     check("device", run(play, "--measure", "--json"))
     run(build / "samples/make_samples/make_samples", "--cavity", work / "cavity")
     check("grade", run(program, "grade", recording_of(work / "cavity", 6000), "--volume-tolerance", "1", "--json"))

@@ -254,11 +254,8 @@ case_player_scenario() {
   says "only for paper and constrained" out
 }
 
+# What it prints and draws: contract.schemas.
 case_player_compare_tools() {
-  expect 0 --compare-tools ball,edge --chart tools.html
-  says "exact" out
-  says "512 leaves" out
-  says "How much model a tool needs" tools.html
   expect 2 --compare-tools spoon
   says "They are: ball, bur, edge" err
   expect 2 --compare-tools ball --seconds 1
