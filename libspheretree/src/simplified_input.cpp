@@ -112,6 +112,7 @@ SimplifiedInput simplifyInput(const TriangleMesh& mesh, const TriangleMesh& shee
   // Inside and outside must stay certain: a single fold caused by rounding can flip the sign of distances far outside.
   if (hasSlivers(posed) && !checkMesh(posed, kPlacesListed, progress).clean()) search.pose = {}, posed = mesh;
   OrderedMesh ordered = inCanonicalOrder(posed);
+  posed = {};
   search.mesh = std::move(ordered.mesh);
   std::vector<double> slack;
   if (!settings.tolerance_of_triangle_mm.empty())

@@ -16,6 +16,7 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::Vector3f;
+using Eigen::Vector4f;
 
 constexpr double kOctahedral = 32767;  // largest coordinate
 
@@ -25,7 +26,7 @@ float signOf(float x) { return x < 0 ? -1.0f : 1.0f; }
 
 // The hull of a quadratic side is that of its corners and its Bezier control point. This is the control point of the
 // side with the middle `m`.
-Vector3f controlPoint(const Vector3f& a, const Vector3f& b, const Vector3f& m) { return 2.0f * m - 0.5f * (a + b); }
+Vector4f controlPoint(const Vector4f& a, const Vector4f& b, const Vector4f& m) { return 2.0f * m - 0.5f * (a + b); }
 
 std::string faultOf(const char* element, std::size_t i, const char* what) { return describe("%s %zu of the skin: %s", element, i, what); }
 
@@ -80,52 +81,63 @@ class PatchCheck {
  public:
   explicit PatchCheck(const Skin& skin) : skin_(skin) {
     corners_.reserve(skin.vertices.size());
-    for (const SkinVertex& v : skin.vertices) corners_.push_back(padded(positionOf(skin, v.position)));
+    for (const SkinVertex& v : skin.vertices) pad(positionOf(skin, v.position), corners_.emplace_back());
     bends_.reserve(skin.edges.size());
-    for (const SkinEdge& e : skin.edges) bends_.push_back(padded(2 * offsetOf(skin, e)));
-    float size = 0;
-    for (const Vector4f& p : corners_) size = std::max(size, p.cwiseAbs().maxCoeff());
-    doubt_ = 4 * std::numeric_limits<float>::epsilon() * size;
+    for (const SkinEdge& e : skin.edges) pad(2 * offsetOf(skin, e), bends_.emplace_back());
+    Vector4f size = Vector4f::Zero();
+    nodes_.reserve(skin.triangles.size());
+    for (const SkinTriangle& triangle : skin.triangles) {
+      const Vector4f &a = corners_[triangle.vertex[0]], &b = corners_[triangle.vertex[1]], &c = corners_[triangle.vertex[2]];
+      Eigen::Matrix4f first, second;
+      first.col(0) = a, first.col(1) = b, first.col(2) = c, first.col(3) = 0.5f * (a + b) + bends_[triangle.edge[0]];
+      second.col(0) = 0.5f * (b + c) + bends_[triangle.edge[1]], second.col(1) = 0.5f * (c + a) + bends_[triangle.edge[2]];
+      second.col(2) = second.col(3) = a;
+      for (int k = 0; k < 4; ++k) size = size.cwiseMax(first.col(k).cwiseAbs()).cwiseMax(second.col(k).cwiseAbs());
+      first.transposeInPlace(), second.transposeInPlace();
+      nodes_.push_back({first, second});
+    }
+    doubt_ = 4 * std::numeric_limits<float>::epsilon() * size.maxCoeff();
   }
 
-  // In float if the result is certain: the middle of a chord has a relative error of at most 2^-24 of its coordinates;
-  // a difference, its square and the sum together have fewer than 8 roundings. Cases nearer to the sphere are decided
-  // in double.
+  // In float if the result is certain: a control point has a relative error of at most 2^-23 of its coordinates; a
+  // difference, its square and the sum together have fewer than 8 roundings. Nodes nearer to the sphere are decided in
+  // double: most spheres touch a corner that several triangles share.
   bool encloses(const Sphere& sphere, std::size_t triangle) const {
-    const SkinTriangle& t = skin_.triangles[triangle];
-    const Vector4f centre(sphere.x, sphere.y, sphere.z, 0);
-    const Vector4f a = corners_[t.vertex[0]] - centre, b = corners_[t.vertex[1]] - centre, c = corners_[t.vertex[2]] - centre;
-    const Vector4f ab = 0.5f * (a + b) + bends_[t.edge[0]], bc = 0.5f * (b + c) + bends_[t.edge[1]],
-                   ca = 0.5f * (c + a) + bends_[t.edge[2]];
-    const float square =
-        std::max({a.squaredNorm(), b.squaredNorm(), c.squaredNorm(), ab.squaredNorm(), bc.squaredNorm(), ca.squaredNorm()});
-    const float radius = (1 - 1e-5f) * sphere.radius - doubt_;
-    return (radius > 0 && square < radius * radius) || enclosesExactly(sphere, t);
+    const std::array<Vector4f, 2> squares{squaresFrom(sphere, nodes_[triangle][0]), squaresFrom(sphere, nodes_[triangle][1])};
+    const float radius = std::max((1 - 1e-5f) * sphere.radius - doubt_, 0.0f), certain = radius * radius;
+    if (squares[0].cwiseMax(squares[1]).maxCoeff() < certain) return true;
+    for (int k = 0; k < 6; ++k)
+      if (!(squares[static_cast<std::size_t>(k / 4)][k % 4] < certain) && !enclosesExactly(sphere, skin_.triangles[triangle], k))
+        return false;
+    return true;
   }
 
  private:
-  using Vector4f = Eigen::Vector4f;
-  static Vector4f padded(const Vector3f& p) { return {p.x(), p.y(), p.z(), 0}; }
+  static Vector4f squaresFrom(const Sphere& sphere, const Eigen::Matrix4f& nodes) {
+    return ((nodes.col(0).array() - sphere.x).square() + (nodes.col(1).array() - sphere.y).square() +
+            (nodes.col(2).array() - sphere.z).square())
+        .matrix();
+  }
 
-  [[gnu::cold]] bool enclosesExactly(const Sphere& sphere, const SkinTriangle& t) const {  // small code: it runs rarely
-    const Vector3d centre(double{sphere.x}, double{sphere.y}, double{sphere.z});
-    const double square = double{sphere.radius} * double{sphere.radius};  // of a float: exact
-    const auto holds = [&](const Vector3d& p) {
-      const double dx = p.x() - centre.x(), dy = p.y() - centre.y(), dz = p.z() - centre.z();
-      return dx * dx + dy * dy + dz * dz <= square;
-    };
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vector3d a = corners_[t.vertex[k]].head<3>().cast<double>(), b = corners_[t.vertex[(k + 1) % 3]].head<3>().cast<double>(),
-                     bend = bends_[t.edge[k]].head<3>().cast<double>();
-      if (!holds(a) || !holds(0.5 * (a + b) + bend)) return false;
+  [[gnu::noinline]] bool enclosesExactly(const Sphere& sphere, const SkinTriangle& t, int node) const {
+    const auto k = static_cast<std::size_t>(node % 3);
+    const Vector4f &a = corners_[t.vertex[k]], &b = corners_[t.vertex[(k + 1) % 3]], &bend = bends_[t.edge[k]];
+    const std::array<double, 3> centre{double{sphere.x}, double{sphere.y}, double{sphere.z}};
+    double square = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double p = node < 3 ? double{a[axis]} : 0.5 * (double{a[axis]} + double{b[axis]}) + double{bend[axis]};
+      const double d = p - centre[static_cast<std::size_t>(axis)];
+      square += d * d;
     }
-    return true;
+    return square <= double{sphere.radius} * double{sphere.radius};  // of a float: exact
   }
 
   const Skin& skin_;
   std::vector<Vector4f> corners_;  // (vertices) x, y, z, 0
   std::vector<Vector4f> bends_;    // (edges) from the middle of the chord to the control point, 0
-  float doubt_ = 0;                // [mm]
+  // (triangles) columns x, y, z, 0; rows: corners 0, 1, 2, control point 01, then 12, 20, and corner 0 twice
+  std::vector<std::array<Eigen::Matrix4f, 2>> nodes_;
+  float doubt_ = 0;  // [mm]
 };
 
 }  // namespace
@@ -185,10 +197,16 @@ SkinPatch assemble(const Skin& skin, std::size_t triangle, const VertexNode& ver
   return patch;
 }
 
-SkinNode nodeOf(const Skin& skin, const SkinVertex& v) { return {positionOf(skin, v.position), unpackNormal(v.normal)}; }
-SkinNode nodeOf(const Skin& skin, const SkinEdge& e) { return {offsetOf(skin, e), unpackNormal(e.normal)}; }
-
 }  // namespace
+
+SkinNode nodeOf(const Skin& skin, const SkinVertex& vertex) { return {positionOf(skin, vertex.position), unpackNormal(vertex.normal)}; }
+SkinNode nodeOf(const Skin& skin, const SkinEdge& edge) { return {offsetOf(skin, edge), unpackNormal(edge.normal)}; }
+
+PaddedPatch padded(const SkinPatch& patch) {
+  PaddedPatch out;
+  for (std::size_t k = 0; k < 6; ++k) pad(patch.position[k], out.position[k]), pad(patch.normal[k], out.normal[k]);
+  return out;
+}
 
 Vector3f positionOf(const Skin& skin, const SkinPosition& steps) {
   Vector3f position;
@@ -224,22 +242,24 @@ float swingOf(const Skin& skin, const SkinEdge& edge) {
   return kSwing * skin.offset_step * std::sqrt(static_cast<float>(square));
 }
 
-float allowanceOf(const SkinPatch& patch, float tolerance) {
+bool isFlat(const PaddedPatch& patch) {
   const auto same = static_cast<float>(2 * kNormalError);  // largest distance of two packed forms of one direction
   for (std::size_t k = 0; k < 6; ++k)
-    if (squareOf(patch.normal[k] - patch.normal[0]) > same * same) return tolerance;
+    if (squareOfPadded(patch.normal[k] - patch.normal[0]) > same * same) return false;
   for (std::size_t k = 0; k < 3; ++k)  // rounded like a middle without an offset in patchOf()
-    if (patch.position[3 + k] != 0.5f * (patch.position[k] + patch.position[(k + 1) % 3])) return tolerance;
-  return 0;
+    if (patch.position[3 + k] != 0.5f * (patch.position[k] + patch.position[(k + 1) % 3])) return false;
+  return true;
 }
+
+float allowanceOf(const SkinPatch& patch, float tolerance) { return isFlat(padded(patch)) ? 0 : tolerance; }
 
 // The smallest circle around the flat triangle, enlarged to contain the control points of the patch, whose hull
 // contains the patch. Its centre is the middle of the longest side, or the circumcentre of an acute triangle.
-Sphere enclose(const SkinPatch& patch) {
-  const Vector3f &a = patch.position[0], &b = patch.position[1], &c = patch.position[2];
-  const Vector3f ab = b - a, ac = c - a;
-  const float ab2 = squareOf(ab), ac2 = squareOf(ac), bc2 = squareOf(c - b);
-  Vector3f centre;
+Sphere enclose(const PaddedPatch& patch) {
+  const Vector4f &a = patch.position[0], &b = patch.position[1], &c = patch.position[2];
+  const Vector4f ab = b - a, ac = c - a;
+  const float ab2 = squareOfPadded(ab), ac2 = squareOfPadded(ac), bc2 = squareOfPadded(c - b);
+  Vector4f centre;
   if (ab2 + ac2 <= bc2) {
     centre = 0.5f * (b + c);
   } else if (ab2 + bc2 <= ac2) {
@@ -253,14 +273,16 @@ Sphere enclose(const SkinPatch& patch) {
   }
   float square = 16 * std::numeric_limits<float>::min();  // more than the underflow of the squares below
   for (std::size_t k = 0; k < 3; ++k) {
-    const Vector3f control = controlPoint(patch.position[k], patch.position[(k + 1) % 3], patch.position[3 + k]);
-    square = std::max({square, squareOf(patch.position[k] - centre), squareOf(control - centre)});
+    const Vector4f control = controlPoint(patch.position[k], patch.position[(k + 1) % 3], patch.position[3 + k]);
+    square = std::max(square, std::max(squareOfPadded(patch.position[k] - centre), squareOfPadded(control - centre)));
   }
   // A control point and a difference are rounded a few times for each axis, and the norm as often: 8 units in the last
   // place cover all of that.
   const float radius = std::sqrt(square), size = std::max(radius, centre.cwiseAbs().maxCoeff());
   return {centre.x(), centre.y(), centre.z(), radius + 8 * size * std::numeric_limits<float>::epsilon()};
 }
+
+Sphere enclose(const SkinPatch& patch) { return enclose(padded(patch)); }
 
 std::string findFault(const Skin& skin) {
   if (std::string fault = findNumberFault(skin); !fault.empty()) return fault;

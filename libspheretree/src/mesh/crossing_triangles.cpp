@@ -98,9 +98,13 @@ struct Cluster {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();            // rows
   Vector3d low = Vector3d::Zero(), high = Vector3d::Zero();  // along them
 
-  bool excludes(const std::array<Vector3d, 3>& corners) const {
+  // The box of a triangle along the axes.
+  Eigen::AlignedBox3d boxOf(const std::array<Vector3d, 3>& corners) const {
     const Vector3d a = axes * corners[0], b = axes * corners[1], c = axes * corners[2];
-    return (a.cwiseMin(b).cwiseMin(c).array() > high.array()).any() || (a.cwiseMax(b).cwiseMax(c).array() < low.array()).any();
+    return {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
+  }
+  bool excludes(const Eigen::AlignedBox3d& along) const {
+    return (along.min().array() > high.array()).any() || (along.max().array() < low.array()).any();
   }
   bool excludes(const Cluster& other) const {
     const Vector3d middle = axes * (other.axes.transpose() * (0.5 * (other.low + other.high)));
@@ -260,25 +264,37 @@ class CrossingSearch {
     const auto first = in_order_.begin() + static_cast<std::ptrdiff_t>(chunk * kChunk);
     std::vector<Box> own(first, first + static_cast<std::ptrdiff_t>(std::min(kChunk, in_order_.size() - chunk * kChunk))), before;
     for (const std::uint32_t i : earlier_[chunk]) before.push_back(in_order_[i]);
+    // Triangles and their boxes along the axes of the first of two clusters, with a margin: slivers beside each other,
+    // whose boxes along the axes of space overlap, have boxes there that do not.
+    std::vector<std::pair<std::size_t, Eigen::AlignedBox3d>> within, near;
+    const auto place = [&](const Cluster& cluster, std::size_t i) {
+      const Eigen::AlignedBox3d along = cluster.boxOf(cornersOf(order_[i]));
+      return std::pair(i, Eigen::AlignedBox3d(along.min().array() - margin_, along.max().array() + margin_));
+    };
     for (const Box& box : own) {
       const Cluster& cluster = clusters_[box.info()];
       if (cluster.hub != kNoHub) continue;
-      for (std::size_t i = cluster.first; i < cluster.last; ++i)
-        for (std::size_t j = i + 1; j < cluster.last; ++j)
-          if (boxes_[i].intersects(boxes_[j])) test(order_[i], order_[j]);
+      within.clear();
+      for (std::size_t i = cluster.first; i < cluster.last; ++i) {
+        const auto next = place(cluster, i);
+        for (const auto& [j, along] : within)
+          if (along.intersects(next.second) && boxes_[j].intersects(boxes_[i])) test(order_[j], order_[i]);
+        within.push_back(next);
+      }
     }
-    std::vector<std::size_t> near;  // triangles of one cluster that reach into another one
     const auto compare = [&](const Box& one, const Box& two) {
       const Cluster &a = clusters_[one.info()], &b = clusters_[two.info()];
       if ((a.hub != kNoHub && a.hub == b.hub) || a.excludes(b) || b.excludes(a)) return;
       near.clear();
       for (std::size_t j = b.first; j < b.last; ++j)
-        if (boxes_[j].intersects(a.box) && !a.excludes(cornersOf(order_[j]))) near.push_back(j);
+        if (boxes_[j].intersects(a.box))
+          if (const auto placed = place(a, j); !a.excludes(placed.second)) near.push_back(placed);
       if (near.empty()) return;
       for (std::size_t i = a.first; i < a.last; ++i) {
         if (!boxes_[i].intersects(b.box)) continue;
-        for (const std::size_t j : near)
-          if (boxes_[i].intersects(boxes_[j])) test(order_[i], order_[j]);
+        const Eigen::AlignedBox3d own_along = place(a, i).second;
+        for (const auto& [j, along] : near)
+          if (along.intersects(own_along) && boxes_[i].intersects(boxes_[j])) test(order_[i], order_[j]);
       }
     };
     CGAL::box_intersection_d(own.begin(), own.end(), before.begin(), before.end(), compare);

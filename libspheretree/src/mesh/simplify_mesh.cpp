@@ -364,7 +364,7 @@ class PieceBound {
     while (!stack_.empty()) {
       const std::array<Corner, 3> piece = stack_.back();
       stack_.pop_back();
-      const double here = boundOf(piece);
+      const double here = boundOf(piece, pieces == 1);
       if (here == kInfinity) return here;
       if (isTight(here) || pieces >= kMaxPieces) {
         bound = std::max(bound, here);
@@ -392,31 +392,39 @@ class PieceBound {
     return (piece[(opposite + 1) % 3].p - piece[(opposite + 2) % 3].p).squaredNorm();
   }
 
-  /// Infinite if a point is farther than `sufficient_bound`.
-  double boundOf(const std::array<Corner, 3>& piece) {
+  /// Infinite if a point is farther than `sufficient_bound`. A part of the triangle is one because no projection gave a
+  /// bound: then the triangles that are nearest to its corners come first, as far as that makes no bound looser.
+  double boundOf(const std::array<Corner, 3>& piece, bool is_whole) {
     const std::array<std::uint32_t, 3> face{piece[0].nearest, piece[1].nearest, piece[2].nearest};
     // The distance to one triangle is convex, and the distance to all is 1-Lipschitz.
     if (face[0] == face[1] && face[1] == face[2]) return std::max({piece[0].distance, piece[1].distance, piece[2].distance});
     double smallest = kInfinity;
     for (std::size_t k = 0; k < 3; ++k)
       smallest = std::min(smallest, piece[k].distance + std::sqrt(std::max(side2(piece, (k + 1) % 3), side2(piece, (k + 2) % 3))));
-    const auto suffices = [&](double bound) { return isTight(smallest = std::min(smallest, bound)); };
-    if (isTight(smallest)) return smallest;
-    // The triangles that are nearest to the corners may lie beside the piece.
     const std::array<Vector3d, 3> corners{piece[0].p, piece[1].p, piece[2].p};
+    if (is_whole && !isTight(smallest)) smallest = std::min(smallest, boundByProjection(corners, face));
+    if (!isTight(smallest)) smallest = std::min(smallest, boundByFaces(corners, face));
+    if (!is_whole && smallest > std::max(tight_, found_)) smallest = std::min(smallest, boundByProjection(corners, face));
+    return found_ > sufficient_bound_ ? kInfinity : smallest;
+  }
+
+  /// From the triangles that are nearest to the corners and to the centroid: they may lie beside the piece.
+  double boundByProjection(const std::array<Vector3d, 3>& corners, const std::array<std::uint32_t, 3>& face) {
     const std::uint32_t searches = cover_.searches();
-    for (std::size_t i = 0; i < 4; ++i) {
+    double smallest = kInfinity;
+    for (std::size_t i = 0; i < 4 && !isTight(smallest) && found_ <= sufficient_bound_; ++i) {
       const std::uint32_t start = i < 3 ? face[i] : field_.nearest((corners[0] + corners[1] + corners[2]) / 3).triangle;
       if (cover_.hasMet(start, searches)) continue;
-      const double covered = cover_.distance(corners, start, floor_, allowed_);
-      if (suffices(covered)) return smallest;
-      if (!cover_.farthest()) continue;
-      found_ = std::max(found_, field_.distance(*cover_.farthest()));
-      if (found_ > sufficient_bound_) return kInfinity;
-      if (suffices(covered)) return smallest;
+      smallest = std::min(smallest, cover_.distance(corners, start, floor_, allowed_));
+      if (!isTight(smallest) && cover_.farthest()) found_ = std::max(found_, field_.distance(*cover_.farthest()));
     }
+    return smallest;
+  }
+
+  double boundByFaces(const std::array<Vector3d, 3>& corners, const std::array<std::uint32_t, 3>& face) const {
     std::array<std::array<Vector3d, 3>, 3> on;           // corners of each face
     std::array<std::array<NearestPoint, 3>, 3> nearest;  // on each face, of each corner of the piece
+    double smallest = kInfinity;
     for (std::size_t k = 0; k < 3; ++k) {
       on[k] = field_.corners(face[k]);
       double to_one = 0;
@@ -424,11 +432,11 @@ class PieceBound {
         nearest[k][j] = nearestOnTriangle(corners[j], on[k][0], on[k][1], on[k][2]);
         to_one = std::max(to_one, nearest[k][j].distance);
       }
-      if (suffices(to_one)) return smallest;
+      smallest = std::min(smallest, to_one);
     }
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < 3 && !isTight(smallest); ++k) {
       const std::size_t next = (k + 1) % 3;
-      if (face[k] != face[next] && suffices(boundByTwo(on[k], on[next], nearest[k], nearest[next]))) return smallest;
+      if (face[k] != face[next]) smallest = std::min(smallest, boundByTwo(on[k], on[next], nearest[k], nearest[next]));
     }
     return smallest;
   }

@@ -125,6 +125,37 @@ TEST(SimplifyMesh, TheBoundIsTightWhereALooseOneSuffices) {
   }
 }
 
+// A stepped shaft: along its creases the coarse triangles are chords of the fine rings, and along their normals the
+// next wall lies over them, far away.
+TEST(SimplifyMesh, TheBoundIsTightAlongCreases) {
+  const auto shaft = [](std::uint32_t sectors) {
+    TriangleMesh mesh;
+    mesh.positions = {{0, 0, 0}, {0, 0, 2}};
+    for (std::uint32_t i = 0; i < sectors; ++i)
+      for (const auto& [radius, z] : {std::pair(1.0, 0.0), {1.0, 1.0}, {2.0, 1.0}, {2.0, 2.0}}) {
+        const double angle = 2 * std::numbers::pi * i / sectors;
+        mesh.positions.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+      }
+    for (std::uint32_t i = 0; i < sectors; ++i) {
+      const std::uint32_t a = 2 + 4 * i, b = 2 + 4 * ((i + 1) % sectors);
+      mesh.triangles.insert(mesh.triangles.end(), {{0, b, a}, {1, a + 3, b + 3}});
+      for (std::uint32_t k = 0; k < 3; ++k)
+        mesh.triangles.insert(mesh.triangles.end(), {{a + k, b + k, b + k + 1}, {a + k, b + k + 1, a + k + 1}});
+    }
+    return mesh;
+  };
+  const TriangleMesh fine = shaft(800), coarse = shaft(40);
+  ASSERT_TRUE(checkMesh(fine).clean());
+  const double found = largestDistance(coarse, fine, 20);
+  EXPECT_NEAR(found, 2 * (1 - std::cos(std::numbers::pi / 40)), 1e-4) << "the middle of a chord of the larger ring";
+  Progress progress;
+  for (const double sufficient : {1.2 * found, 1.5 * found, 4 * found}) {
+    const double bound = distanceBound(coarse, DistanceField(fine), progress, sufficient);
+    EXPECT_GE(bound, found);
+    EXPECT_LE(bound, std::min(1.26 * found, sufficient)) << sufficient / found;
+  }
+}
+
 TEST(SimplifyMesh, TheBoundSeesWhatNoVertexTells) {
   // The corners of the box lie on the sphere; the middles of its sides are far from it.
   const double half = 5 / std::sqrt(3.0);

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 #include "spheretree/core/float_vector.h"
@@ -14,21 +16,28 @@
 namespace spheretree::runtime {
 namespace {
 
-std::vector<PackedDirection> packedNormals(std::span<const SkinNode> nodes) {
-  std::vector<PackedDirection> out(nodes.size());
-  for (std::size_t i = 0; i < nodes.size(); ++i) out[i] = packed(nodes[i].normal);
+/// A vertex or an edge. It is shared by six triangles, or by two: what is computed of it is computed once.
+struct Node {
+  Eigen::Vector4f position, normal;  // of an edge: from the middle of its chord to its middle
+  PackedDirection packed_normal;
+  float swing;  // of an edge
+};
+
+template <class Element>
+std::vector<Node> nodesOf(const Skin& skin, const std::vector<Element>& elements) {
+  std::vector<Node> out;
+  out.reserve(elements.size());
+  for (const Element& element : elements) {
+    const SkinNode node = nodeOf(skin, element);
+    Node& to = out.emplace_back();
+    pad(node.position, to.position), pad(node.normal, to.normal);
+    to.packed_normal = packed(node.normal);
+    if constexpr (std::is_same_v<Element, SkinEdge>) to.swing = swingOf(skin, element);
+  }
   return out;
 }
 
-std::vector<float> swingsOf(const Skin& skin) {
-  std::vector<float> out;
-  out.reserve(skin.edges.size());
-  for (const SkinEdge& e : skin.edges) out.push_back(swingOf(skin, e));
-  return out;
-}
-
-void putPosition(const Eigen::Vector3f& p, float (&out)[3]) { out[0] = p.x(), out[1] = p.y(), out[2] = p.z(); }
-Eigen::Vector3d vectorOf(const float (&p)[3]) { return {p[0], p[1], p[2]}; }
+void putPosition(const Eigen::Vector4f& p, float (&out)[3]) { out[0] = p.x(), out[1] = p.y(), out[2] = p.z(); }
 
 // A cone may touch a triangle at a side, a slab at a corner. Of the triangles that share one, the first answers for it.
 // The felt row of a curved patch is that of its first smooth side, and each sharp side has one of its own.
@@ -54,51 +63,63 @@ class HullWays {
 // The normals are averages of six control vectors: those of the corners, and the Bezier control vectors of the sides. A
 // ball about the unit normal u of the triangle that contains these contains all of them, and a ball of radius s about u
 // has an angle of sine s, seen from the origin.
-float leanOf(const SkinPatch& patch) {
-  const Eigen::Vector3f across = (patch.position[1] - patch.position[0]).cross(patch.position[2] - patch.position[0]),
-                        upright = across / std::sqrt(std::max(squareOf(across), std::numeric_limits<float>::min()));
+float leanOf(const PaddedPatch& patch) {
+  const Eigen::Vector4f across = (patch.position[1] - patch.position[0]).cross3(patch.position[2] - patch.position[0]),
+                        upright = across / std::sqrt(std::max(squareOfPadded(across), std::numeric_limits<float>::min()));
   float square = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    const Eigen::Vector3f &a = patch.normal[k], &b = patch.normal[(k + 1) % 3], &middle = patch.normal[3 + k];
-    square = std::max({square, squareOf(a - upright), squareOf(2 * middle - 0.5f * (a + b) - upright)});
+    const Eigen::Vector4f &a = patch.normal[k], &b = patch.normal[(k + 1) % 3], &middle = patch.normal[3 + k];
+    square = std::max(square, std::max(squareOfPadded(a - upright), squareOfPadded(2 * middle - 0.5f * (a + b) - upright)));
   }
   return std::sqrt(square);
 }
 
 // Children have their blocks after that of their parent.
 std::vector<FarFace> farFaces(const CompiledTree& tree, std::span<const CompiledPatch> patches) {
+  // Written out by axes: Eigen handles two of three doubles together, and each change to one at a time waits.
+  using Vector = std::array<double, 3>;
+  const auto squared = [](const Vector& v) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; };
+  const auto difference = [](const auto& a, const auto& b) {
+    return Vector{double{a[0]} - double{b[0]}, double{a[1]} - double{b[1]}, double{a[2]} - double{b[2]}};
+  };
   std::vector<FarFace> out(tree.bound.size());
   std::vector<double> areas(out.size());
   for (std::size_t b = out.size(); b-- > 0;) {
     struct Part {
-      Eigen::Vector3d centre;
+      Vector centre;
       double area, radius;
     };
     std::array<Part, 8> parts;
     std::size_t count = 0;
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero(), moment = sum;
+    Vector sum{}, moment{};
     for (std::size_t lane = 0; lane < 8; ++lane) {
+      Part& part = parts[count];
+      Vector across;
       if (const std::size_t child = tree.links[b].first_child + lane; tree.isInner(8 * b + lane)) {
-        parts[count++] = {vectorOf(out[child].centre), areas[child], static_cast<double>(out[child].radius)};
-        sum += vectorOf(out[child].area);
+        const FarFace& face = out[child];
+        part = {difference(face.centre, Vector{}), areas[child], static_cast<double>(face.radius)};
+        across = difference(face.area, Vector{});
       } else if (const std::uint32_t item = tree.item[8 * b + lane]; item != kNoItem) {
         const auto& p = patches[item].position;
-        const Eigen::Vector3d a = vectorOf(p[0]), u = vectorOf(p[1]) - a, v = vectorOf(p[2]) - a, across = 0.5 * u.cross(v),
-                              to_centre = (u + v) / 3;
-        parts[count++] = {a + to_centre, across.norm(), std::max({to_centre.norm(), (u - to_centre).norm(), (v - to_centre).norm()})};
-        sum += across;
+        const Vector u = difference(p[1], p[0]), v = difference(p[2], p[0]),
+                     to_centre{(u[0] + v[0]) / 3, (u[1] + v[1]) / 3, (u[2] + v[2]) / 3};
+        across = {0.5 * (u[1] * v[2] - u[2] * v[1]), 0.5 * (u[2] * v[0] - u[0] * v[2]), 0.5 * (u[0] * v[1] - u[1] * v[0])};
+        for (std::size_t k = 0; k < 3; ++k) part.centre[k] = double{p[0][k]} + to_centre[k];
+        part.area = std::sqrt(squared(across));
+        part.radius = std::sqrt(std::max({squared(to_centre), squared(difference(u, to_centre)), squared(difference(v, to_centre))}));
       } else {
         continue;
       }
-      const Part& part = parts[count - 1];
+      ++count;
       areas[b] += part.area;
-      moment += part.area * part.centre;
+      for (std::size_t k = 0; k < 3; ++k) sum[k] += across[k], moment[k] += part.area * part.centre[k];
     }
-    const Eigen::Vector3d centre = moment / std::max(areas[b], std::numeric_limits<double>::min());
+    const double area = std::max(areas[b], std::numeric_limits<double>::min());
+    const Vector centre{moment[0] / area, moment[1] / area, moment[2] / area};
     double radius = 0;
-    for (std::size_t k = 0; k < count; ++k) radius = std::max(radius, (parts[k].centre - centre).norm() + parts[k].radius);
-    putPosition(sum.cast<float>(), out[b].area);
-    putPosition(centre.cast<float>(), out[b].centre);
+    for (std::size_t k = 0; k < count; ++k)
+      radius = std::max(radius, std::sqrt(squared(difference(parts[k].centre, centre))) + parts[k].radius);
+    for (std::size_t k = 0; k < 3; ++k) out[b].area[k] = static_cast<float>(sum[k]), out[b].centre[k] = static_cast<float>(centre[k]);
     out[b].radius = static_cast<float>(radius);
   }
   return out;
@@ -108,29 +129,38 @@ CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin) {
   CompiledSkin out;
   if (skin.empty()) return out;
   out.tolerance = skin.tolerance;
-  // Shared data is computed once: a vertex is shared by six triangles, an edge by two.
-  const SkinNodes nodes(skin);
-  const std::vector<PackedDirection> vertex_normals = packedNormals(nodes.ofVertices()), edge_normals = packedNormals(nodes.ofEdges());
-  const std::vector<float> swings = swingsOf(skin);
-  const Eigen::Vector3f shift = origin.cast<float>();
+  const std::vector<Node> vertices = nodesOf(skin, skin.vertices), edges = nodesOf(skin, skin.edges);
+  Eigen::Vector4f shift;
+  pad(origin.cast<float>(), shift);
   std::vector<Sphere> spheres(skin.triangles.size());
   HullWays ways(skin);
-  out.patch.reserve(skin.triangles.size());
+  out.patch.resize(skin.triangles.size());
+  out.ways.resize(skin.triangles.size());
+  PaddedPatch patch;
   for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
     const SkinTriangle& triangle = skin.triangles[t];
-    const SkinPatch patch = nodes.patchOf(t);
-    CompiledPatch& to = out.patch.emplace_back();
-    spheres[t] = enclose(patch);
-    for (std::size_t i = 0; i < 6; ++i) putPosition(patch.position[i] + shift, to.position[i]);
-    to.flags = allowanceOf(patch, 1) > 0 ? kCurved : 0;
+    CompiledPatch& to = out.patch[t];
+    const auto putNormal = [&](std::size_t i, const Node& node) {
+      patch.normal[i] = node.normal;
+      std::memcpy(to.normal[i], node.packed_normal.data(), sizeof to.normal[i]);
+    };
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Node& corner = vertices[triangle.vertex[k]];
+      patch.position[k] = corner.position;
+      putNormal(k, corner);
+    }
     float swing = 0;  // of the side with the largest swing
     for (std::size_t k = 0; k < 3; ++k) {
-      std::copy_n(vertex_normals[triangle.vertex[k]].begin(), 3, to.normal[k]);
-      std::copy_n(edge_normals[triangle.edge[k]].begin(), 3, to.normal[3 + k]);
-      to.flags |= static_cast<std::uint32_t>(patch.is_sharp[k]) << k;
-      swing = std::max(swing, swings[triangle.edge[k]]);
+      const Node& side = edges[triangle.edge[k]];
+      patch.position[3 + k] = 0.5f * (patch.position[k] + patch.position[(k + 1) % 3]) + side.position;
+      putNormal(3 + k, side);
+      to.flags |= static_cast<std::uint32_t>(skin.edges[triangle.edge[k]].is_sharp != 0) << k;
+      swing = std::max(swing, side.swing);
     }
-    out.ways.push_back(ways.of(triangle, to.flags));
+    for (std::size_t i = 0; i < 6; ++i) putPosition(patch.position[i] + shift, to.position[i]);
+    spheres[t] = enclose(patch);
+    if (!isFlat(patch)) to.flags |= kCurved;
+    out.ways[t] = ways.of(triangle, to.flags);
     to.flags |= swingBits(swing / skin.tolerance) | leanBits(leanOf(patch));
   }
   out.tree = compileTree(skin.search, spheres, origin, TreeOver::Triangles);

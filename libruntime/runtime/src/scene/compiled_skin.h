@@ -51,17 +51,15 @@ inline constexpr float kSwingOfOffset = 4.0f / 3.0f * (1 + 1e-6f);  // swing of 
 
 using PackedDirection = std::array<std::uint16_t, 3>;  // as in CompiledPatch::normal
 inline PackedDirection packed(const Eigen::Vector3f& unit) {
-  PackedDirection out;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float scaled = unit[static_cast<Eigen::Index>(axis)] * kNormalScale;
-    out[axis] = static_cast<std::uint16_t>(static_cast<std::int16_t>(scaled + (scaled < 0 ? -0.5f : 0.5f)));
-  }
-  return out;
+  const auto rounded = [](float scaled) {
+    return static_cast<std::uint16_t>(static_cast<std::int16_t>(scaled + (scaled < 0 ? -0.5f : 0.5f)));
+  };
+  return {rounded(unit.x() * kNormalScale), rounded(unit.y() * kNormalScale), rounded(unit.z() * kNormalScale)};
 }
 
 /// Upper bound of the sine of the angle between normals of the patch, which must be of unit length, and that of its
 /// flat triangle.
-float leanOf(const SkinPatch& patch);
+float leanOf(const PaddedPatch& patch);
 
 // The bits of CompiledPatch::flags; the arguments are shares of 1, and are rounded up. NaN becomes the maximum.
 inline std::uint32_t roundedUp(float part, std::uint32_t parts) {

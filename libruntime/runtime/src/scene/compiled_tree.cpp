@@ -2,6 +2,7 @@
 #include "scene/compiled_tree.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace spheretree::runtime {
@@ -41,11 +42,11 @@ CompiledTree compileTree(const SearchTree& search, std::span<const Sphere> items
   out.smallest_radius = std::numeric_limits<float>::infinity();
 
   const auto putNode = [&](std::size_t slot, const Sphere& s) {
-    const Eigen::Vector3d c = Eigen::Vector3d(s.x, s.y, s.z) + origin;
-    put(out.bound[slot / 8], slot % 8, c, s.radius);
-    if (!of_leaves) return c;
-    out.spheres[slot] = {static_cast<float>(c.x()), static_cast<float>(c.y()), static_cast<float>(c.z()), s.radius};
-    out.exact[slot] = {c.x(), c.y(), c.z()};
+    const std::array<double, 3> c{double{s.x} + origin.x(), double{s.y} + origin.y(), double{s.z} + origin.z()};
+    const Sphere at{static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2]), s.radius};
+    Block& block = out.bound[slot / 8];
+    block.x[slot % 8] = at.x, block.y[slot % 8] = at.y, block.z[slot % 8] = at.z, block.r[slot % 8] = at.radius;
+    if (of_leaves) out.spheres[slot] = at, out.exact[slot] = c;
     return c;
   };
   std::size_t next_inner = 0;  // the root is the first child of block 0
@@ -65,9 +66,9 @@ CompiledTree compileTree(const SearchTree& search, std::span<const Sphere> items
     for (std::size_t k = 0; k < search.inner_children[node]; ++k) putInner(slot++);
     for (std::size_t k = 0; k < search.item_children[node]; ++k, ++slot, ++next_item) {
       const std::size_t item = search.item.empty() ? next_item : search.item[next_item];
-      const Eigen::Vector3d c = putNode(slot, items[item]);
+      const auto [x, y, z] = putNode(slot, items[item]);
       out.item[slot] = static_cast<std::uint32_t>(item);
-      out.reach = std::max(out.reach, c.norm() + static_cast<double>(items[item].radius));
+      out.reach = std::max(out.reach, std::sqrt(x * x + y * y + z * z) + static_cast<double>(items[item].radius));
       out.smallest_radius = std::min(out.smallest_radius, items[item].radius);
     }
   }

@@ -94,7 +94,7 @@ void MovedSkin::putPatch(std::uint32_t t, std::span<const float> shift) {
   CompiledPatch& out = patches_[t];
   for (std::size_t k = 0; k < 6; ++k) Eigen::Map<Vector3f>(out.position[k]) = patch.position[k];
   const std::uint32_t stay = out.flags & ((1u << kSwingShift) - 1);
-  out.flags = stay | swingBits(state.swing / allowance_) | leanBits(leanOf(patch));
+  out.flags = stay | swingBits(state.swing / allowance_) | leanBits(leanOf(padded(patch)));
 }
 
 void MovedSkin::putTriangles(std::span<const std::uint32_t> pairs, std::span<const float> shift) {

@@ -80,6 +80,12 @@ struct SkinPatch {
   std::array<bool, 3> is_sharp{};         // (sides)
 };
 
+/// The nodes of a patch with a fourth component that is 0: one instruction takes all of a node.
+struct PaddedPatch {
+  std::array<Eigen::Vector4f, 6> position, normal;
+};
+PaddedPatch padded(const SkinPatch& patch);
+
 /// Where a vertex with this packed position is [mm].
 Eigen::Vector3f positionOf(const Skin& skin, const SkinPosition& steps);
 
@@ -90,6 +96,9 @@ struct SkinNode {
   Eigen::Vector3f position;  // of a vertex; for an edge: from the middle of its chord to its middle
   Eigen::Vector3f normal;
 };
+
+SkinNode nodeOf(const Skin& skin, const SkinVertex& vertex);
+SkinNode nodeOf(const Skin& skin, const SkinEdge& edge);
 
 /// The nodes of a whole skin, each unpacked once. Its patchOf() returns the same patch as patchOf(skin, ...), in a
 /// third of the time.
@@ -114,11 +123,13 @@ float swingOf(const Skin& skin, const SkinEdge& edge);
 /// The depth below the flat triangle of `patch` at which the guarantee of the skin is broken: 0 for a flat patch (no
 /// offsets, and the same normal at all six nodes, up to packing), else `tolerance` [mm].
 float allowanceOf(const SkinPatch& patch, float tolerance);
+bool isFlat(const PaddedPatch& patch);
 
 PackedNormal packNormal(const Eigen::Vector3d& unit);
 Eigen::Vector3f unpackNormal(const PackedNormal& normal);
 
 /// A sphere that encloses both the flat triangle and the patch. Deterministic. Cost: about 50 ns.
+Sphere enclose(const PaddedPatch& patch);
 Sphere enclose(const SkinPatch& patch);
 
 /// Returns a sentence about the first broken rule, which names the element, or "" for a sound skin. The rules: indices
