@@ -20,26 +20,29 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kRelative = 0.1;  // relative accuracy of a growth: without it, the number of pieces would grow as the square of a gap
-constexpr double kSame = 1e-3;     // as a share of the gap: corners of a gap this near to each other are one corner, of two cells
-constexpr double kFine = 50;       // pieces of sides up to this multiple of the resolution are not split further to avoid a growth
+constexpr double kRelative = 0.1;      // relative accuracy of a growth: without it, the number of pieces would grow as the square of a gap
+constexpr double kSame = 1e-3;         // as a share of the gap: corners of a gap this near to each other are one corner, of two cells
+constexpr double kFine = 50;           // pieces of sides up to this multiple of the resolution are not split further to avoid a growth
+constexpr std::size_t kFewBalls = 32;  // pieces that more balls touch are not cut into power cells, since rounding displaces each cut
 
 Vector3d farthestCorner(const Piece& piece, const Vector3d& c) {
   return *std::max_element(piece.corner.begin(), piece.corner.end(),
                            [&](const Vector3d& a, const Vector3d& b) { return (a - c).squaredNorm() < (b - c).squaredNorm(); });
 }
 
-// Splits one triangle until each piece lies in one ball or the caller accepts it.
+// Splits one triangle until balls cover each piece or the caller accepts it. As soon as few balls touch a piece, it is
+// cut into their power cells, which shows whether they cover it together. A piece with a gap is only halved from there
+// on, since most of its parts have a gap as well.
 class Splitter {
  public:
-  Splitter(const BallIndex& index, double margin) : index_(index), margin_(margin) {}
+  explicit Splitter(const BallIndex& index) : index_(index), cells_(index) {}
 
-  // Calls held() for a piece inside a ball, and open(piece, its longest side, slots of the balls nearby) for a piece
-  // that is in no single ball: the result is true if the piece is finished, false if it has to be split.
+  // Calls held(number of parts, each in one ball) for a piece that balls cover, and open(piece, its longest side, slots
+  // of the balls nearby) for any other: the result is true if the piece is finished, false if it has to be split.
   template <class Held, class Open>
   void run(const Piece& triangle, Held held, Open open) {
-    if (isHeld(triangle, last_held_)) {  // tests the ball of the previous piece first, since consecutive triangles are often neighbours
-      held();
+    if (isCoveredAsBefore(triangle)) {  // consecutive triangles are often neighbours
+      held(held_by_.size());
       return;
     }
     frames_.clear();
@@ -49,17 +52,13 @@ class Splitter {
     index_.tree.searchWithin(middle, extent * extent * (1 + 1e-12), [&](std::size_t first, std::size_t count) {
       for (std::size_t s = first; s < first + count; ++s) near_.push_back(static_cast<std::uint32_t>(s));
     });
-    frames_.push_back({triangle, 0, near_.size()});
+    frames_.push_back({triangle, 0, near_.size(), false});
     while (!frames_.empty()) {
       const Frame frame = frames_.back();
       frames_.pop_back();
       near_.resize(frame.near_end);
-      if (isHeld(frame.piece, last_held_)) {
-        held();
-        continue;
-      }
       const Vector3d centroid = centroidOf(frame.piece);
-      const double reach = radiusAbout(frame.piece, centroid) + margin_;
+      const double reach = radiusAbout(frame.piece, centroid);
       // Keeps the balls that touch the piece, for its children; stops at a ball that contains it.
       bool is_held = false;
       const std::size_t begin = near_.size();
@@ -67,18 +66,26 @@ class Splitter {
         const std::uint32_t slot = near_[i];
         const Ball& ball = index_.balls[slot];
         const double d2 = (centroid - ball.centre).squaredNorm();
-        if (d2 > (ball.radius + reach) * (ball.radius + reach)) continue;
+        if (!(ball.radius + reach >= 0) || d2 > (ball.radius + reach) * (ball.radius + reach)) continue;
         near_.push_back(slot);
-        if (d2 <= ball.radius * ball.radius && isHeld(frame.piece, slot)) last_held_ = slot, is_held = true;
+        is_held = d2 <= ball.radius * ball.radius && cells_.suffice(frame.piece.corner, std::span(&slot, 1));
+        if (is_held) held_by_.assign(1, slot);
       }
       if (is_held) {
-        held();
+        held(1);
+        continue;
+      }
+      const std::span<const std::uint32_t> near = std::span<const std::uint32_t>(near_).subspan(begin);
+      const bool is_cut = !frame.is_cut && near.size() <= kFewBalls;
+      if (is_cut && near.size() > 1 && cells_.suffice(frame.piece.corner, near)) {
+        held_by_.assign(cells_.heldBy().begin(), cells_.heldBy().end());
+        held(held_by_.size());
         continue;
       }
       const std::size_t k = longestSide(frame.piece);
-      if (open(frame.piece, std::sqrt(side2(frame.piece, k)), std::span<const std::uint32_t>(near_).subspan(begin))) continue;
+      if (open(frame.piece, std::sqrt(side2(frame.piece, k)), near)) continue;
       const std::size_t end = near_.size();
-      for (const Piece& half : halvesOf(frame.piece, k)) frames_.push_back({half, begin, end});
+      for (const Piece& half : halvesOf(frame.piece, k)) frames_.push_back({half, begin, end, frame.is_cut || is_cut});
     }
   }
 
@@ -86,19 +93,13 @@ class Splitter {
   struct Frame {
     Piece piece;
     std::size_t near_begin, near_end;  // range of its candidates in the stack near_
+    bool is_cut;                       // whether it is part of a piece that was cut into power cells and has a gap
   };
-  bool isHeld(const Piece& piece, std::uint32_t slot) const {
-    const Ball& ball = index_.balls[slot];
-    const double within = ball.radius - margin_;
-    if (!(within >= 0)) return false;
-    for (const Vector3d& p : piece.corner)
-      if ((p - ball.centre).squaredNorm() > within * within * (1 - 4e-16)) return false;
-    return true;
-  }
+  bool isCoveredAsBefore(const Piece& piece) { return !held_by_.empty() && cells_.suffice(piece.corner, held_by_); }
 
   const BallIndex& index_;
-  double margin_;
-  std::uint32_t last_held_ = 0;
+  PowerCells cells_;
+  std::vector<std::uint32_t> held_by_;  // the balls that cover the last piece
   std::vector<Frame> frames_;
   std::vector<std::uint32_t> near_;
 };
@@ -164,12 +165,12 @@ struct ChunkCover {
 ChunkCover coverChunk(const TriangleMesh& mesh, std::size_t first, std::size_t last, const BallIndex& index, const Vector3d& origin,
                       double margin, double resolution) {
   const double fine = kFine * resolution;
-  Splitter splitter(index, margin);
+  Splitter splitter(index);
   ChunkCover out;
   double deepest = 0;  // deepest gap found in this chunk
   for (std::size_t t = first; t < last; ++t)
     splitter.run(
-        pieceOf(mesh, t, origin), [&] { ++out.pieces; },
+        pieceOf(mesh, t, origin), [&](std::size_t parts) { out.pieces += parts; },
         [&](const Piece& piece, double side, std::span<const std::uint32_t> near) {
           const bool coarse = side > fine;
           if (coarse && near.size() != 1) return false;
@@ -221,8 +222,10 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
                             Progress& progress) {
   if (balls.empty()) throw std::invalid_argument("certify: no balls");
   const std::vector<Ball> stored = storedBalls(balls, origin);
-  const BallIndex index(stored);
   const double margin = roundingMargin(mesh, origin);
+  std::vector<Ball> smaller = stored;  // by what distances and corners may be off
+  for (Ball& ball : smaller) ball.radius = ball.radius * (1 - 4e-16) - margin;
+  const BallIndex index(smaller);
   const std::size_t triangles = mesh.triangles.size();
   std::vector<ChunkCover> chunks((triangles + kTrianglesAChunk - 1) / kTrianglesAChunk);
   tbb::parallel_for(std::size_t{0}, chunks.size(), [&](std::size_t chunk) {

@@ -2,9 +2,10 @@
 // Proves that a set of spheres covers every triangle of a mesh, and closes remaining gaps by the smallest growth.
 //
 // A triangle lies in a ball if and only if its three corners do, since a ball is convex. A triangle that lies in no
-// single ball is split until each piece does. If a piece of the finest split lies in no ball, the nearest ball grows
+// single ball is cut into the power cells of the balls, which shows whether they cover it together. If they do not, it
+// is split until each piece lies in one ball. If a piece of the finest split lies in no ball, the nearest ball grows
 // until it contains the piece. All points of every triangle are covered, not only samples. The decision is made for the
-// stored float32 spheres, with a margin for the rounding of the split points, so that it holds in real arithmetic. The
+// stored float32 spheres, with a margin for the rounding of the new corners, so that it holds in real arithmetic. The
 // proof: docs/algorithms/certify/certify_cover.md
 #pragma once
 

@@ -82,7 +82,7 @@ class PowerCells {
   bool isAbsent(std::uint32_t slot) const { return absent_ && (*absent_)[slot]; }
   double power(std::uint32_t slot, const Eigen::Vector3d& p) const {
     const Ball& ball = index_.balls[slot];
-    return (p - ball.centre).squaredNorm() - ball.radius * std::max(ball.radius, 0.0);
+    return (p - ball.centre).squaredNorm() - ball.radius * std::abs(ball.radius);
   }
   bool isOut(std::uint32_t slot, const Eigen::Vector3d& p) const {
     const Ball& ball = index_.balls[slot];

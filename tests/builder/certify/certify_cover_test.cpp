@@ -147,6 +147,56 @@ TEST(CertifyCover, LargeHolesTakeFewPieces) {
   }
 }
 
+// Triangles, some of them slivers, among a few balls that cover about half of them.
+TEST(CertifyCover, AcceptsOnlyTrianglesWithoutABarePoint) {
+  test::Random random(12);
+  int covered = 0, grown = 0;
+  for (int i = 0; i < 400; ++i) {
+    TriangleMesh mesh;
+    const double width = i % 2 ? 1 : 1e-3;
+    mesh.positions = {random.inCube(1), random.inCube(1), Vector3d::Zero()};
+    mesh.positions[2] = mesh.positions[0] + width * random.inCube(1);
+    mesh.triangles = {{0, 1, 2}};
+    std::vector<Ball> balls;
+    for (int k = 0; k < 8; ++k) balls.push_back({0.7 * random.inCube(1), random.between(0.5, 0.9)});
+    const CertifiedCover cover = certify(mesh, balls, 1e-3);
+    EXPECT_LE(test::largestGap(test::densePoints(mesh, 1000, 5), test::toBalls(cover.spheres)), 0) << i;
+    ++(cover.largest_growth == 0 ? covered : grown);
+  }
+  EXPECT_GT(covered, 100);
+  EXPECT_GT(grown, 100);
+}
+
+// Two balls that meet at the border of a strip: 0.5^2 + 0.375^2 = 0.625^2. Where they only touch, rounding leaves a
+// doubt, and they grow; larger by the least that float32 can hold, they cover it.
+TEST(CertifyCover, GrowsWhereRoundingLeavesADoubt) {
+  const TriangleMesh strip = rectangle(1, 0.375);
+  const auto grown = [&](float radius) {
+    const CertifiedCover cover = certify(strip, std::vector<Ball>{{{-0.5, 0, 0}, radius}, {{0.5, 0, 0}, radius}}, 1e-3);
+    expectCovered(strip, cover);
+    return cover.largest_growth;
+  };
+  EXPECT_EQ(grown(std::nextafter(0.625f, 1.0f)), 0);
+  EXPECT_GT(grown(0.625f), 0);
+  EXPECT_GT(grown(std::nextafter(0.625f, 0.0f)), 0);
+}
+
+// Slivers of 1:1000 across two balls that cover them: a piece for each ball.
+TEST(CertifyCover, CoveredSliversTakeFewPieces) {
+  constexpr std::uint32_t kSlivers = 500;
+  const double half_width = 0.5;
+  TriangleMesh strips;
+  for (std::uint32_t i = 0; i <= kSlivers; ++i)
+    for (const double x : {-1.0, 1.0}) strips.positions.emplace_back(x, half_width * (2.0 * i / kSlivers - 1), 0);
+  for (std::uint32_t i = 0; i < kSlivers; ++i)
+    strips.triangles.insert(strips.triangles.end(), {{2 * i, 2 * i + 1, 2 * i + 3}, {2 * i, 2 * i + 3, 2 * i + 2}});
+  const double radius = std::hypot(0.5, half_width) + 1e-3;
+  const CertifiedCover cover = certify(strips, std::vector<Ball>{{{-0.5, 0, 0}, radius}, {{0.5, 0, 0}, radius}}, 1e-4);
+  expectCovered(strips, cover);
+  EXPECT_EQ(cover.largest_growth, 0);
+  EXPECT_LE(cover.pieces, 3 * strips.triangles.size());
+}
+
 TEST(CertifyCover, RefusesWhatItCannotStore) {
   const TriangleMesh mesh = test::sphereMesh(1, 1);
   EXPECT_THROW(certify(mesh, {}, 1e-3), std::invalid_argument);
