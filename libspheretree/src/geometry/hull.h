@@ -20,6 +20,12 @@ struct Hull {
 
 inline double steepness(const Hull& hull) { return spheretree::steepness({hull.ball.data(), hull.count}); }
 
+/// All radii larger by this length [mm].
+inline Hull grownBy(Hull hull, double by) {
+  for (std::size_t k = 0; k < hull.count; ++k) hull.ball[k].radius += by;
+  return hull;
+}
+
 Eigen::AlignedBox3d boxOf(const Hull& hull);
 
 /// Distance from points to a hull, in closed form.
