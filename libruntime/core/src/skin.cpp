@@ -175,30 +175,6 @@ Vector3f unpackNormal(const PackedNormal& packed) {
   return n / lengthOf(n);
 }
 
-namespace {
-
-// The patch of a triangle whose vertices and edges have these nodes. The node of an edge has the offset from the middle
-// of the chord.
-template <class VertexNode, class EdgeNode>
-SkinPatch assemble(const Skin& skin, std::size_t triangle, const VertexNode& vertexNode, const EdgeNode& edgeNode) {
-  const SkinTriangle& t = skin.triangles[triangle];
-  SkinPatch patch;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const SkinNode& node = vertexNode(t.vertex[k]);
-    patch.position[k] = node.position;
-    patch.normal[k] = node.normal;
-  }
-  for (std::size_t k = 0; k < 3; ++k) {
-    const SkinNode& node = edgeNode(t.edge[k]);
-    patch.position[3 + k] = 0.5f * (patch.position[k] + patch.position[(k + 1) % 3]) + node.position;
-    patch.normal[3 + k] = node.normal;
-    patch.is_sharp[k] = skin.edges[t.edge[k]].is_sharp != 0;
-  }
-  return patch;
-}
-
-}  // namespace
-
 SkinNode nodeOf(const Skin& skin, const SkinVertex& vertex) { return {positionOf(skin, vertex.position), unpackNormal(vertex.normal)}; }
 SkinNode nodeOf(const Skin& skin, const SkinEdge& edge) { return {offsetOf(skin, edge), unpackNormal(edge.normal)}; }
 
@@ -216,22 +192,28 @@ Vector3f positionOf(const Skin& skin, const SkinPosition& steps) {
 }
 
 SkinPatch patchOf(const Skin& skin, std::size_t triangle) {
-  return assemble(
-      skin, triangle, [&](std::size_t v) { return nodeOf(skin, skin.vertices[v]); },
-      [&](std::size_t e) { return nodeOf(skin, skin.edges[e]); });
+  const SkinTriangle& t = skin.triangles[triangle];
+  SkinPatch patch;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const SkinNode node = nodeOf(skin, skin.vertices[t.vertex[k]]);
+    patch.position[k] = node.position;
+    patch.normal[k] = node.normal;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const SkinEdge& edge = skin.edges[t.edge[k]];
+    const SkinNode node = nodeOf(skin, edge);
+    patch.position[3 + k] = 0.5f * (patch.position[k] + patch.position[(k + 1) % 3]) + node.position;
+    patch.normal[3 + k] = node.normal;
+    patch.is_sharp[k] = edge.is_sharp != 0;
+  }
+  return patch;
 }
 
-SkinNodes::SkinNodes(const Skin& skin) : skin_(skin) {
+SkinNodes::SkinNodes(const Skin& skin) {
   vertices_.reserve(skin.vertices.size());
   edges_.reserve(skin.edges.size());
   for (const SkinVertex& v : skin.vertices) vertices_.push_back(nodeOf(skin, v));
   for (const SkinEdge& e : skin.edges) edges_.push_back(nodeOf(skin, e));
-}
-
-SkinPatch SkinNodes::patchOf(std::size_t triangle) const {
-  return assemble(
-      skin_, triangle, [&](std::size_t v) -> const SkinNode& { return vertices_[v]; },
-      [&](std::size_t e) -> const SkinNode& { return edges_[e]; });
 }
 
 // Four units in the last place cover the rounding errors of the constant, the root and the two products.

@@ -44,10 +44,9 @@ struct HullParts {
   return h;
 }
 
-// A ball of a part by its weights, and how far the cone or slab is from what it touches, as if it had no ends.
+// A ball of a part by its weights.
 struct HullTouch {
   F8 w1, w2;  // of balls 1 and 2
-  F8 gap;
   I8 within;  // the part, and not beyond its end
 };
 
@@ -71,9 +70,9 @@ struct HullAxis {
         cosine(squareRoot(maxOf(splat(1) - sine * sine, splat(1e-6f)))),
         unit(inverse_length * h.span1) {}
   // The ball that is nearest to a point at height z along the axis and rho beside it.
-  HullTouch at(const HullParts& h, const F8& z, const F8& rho) const {
+  HullTouch at(const F8& z, const F8& rho) const {
     const F8 zero = splat(0), w1 = inverse_length * (z + rho * sine / cosine);
-    return {w1, zero, rho * cosine - z * sine - h.radius, areWeights(w1, zero)};
+    return {w1, zero, areWeights(w1, zero)};
   }
 };
 
@@ -82,7 +81,7 @@ struct HullAxis {
   const Vector8 from = point - h.first;
   const F8 z = dot(axis.unit, from);
   const Vector8 beside = from - z * axis.unit;
-  return axis.at(h, z, squareRoot(dot(beside, beside)));
+  return axis.at(z, squareRoot(dot(beside, beside)));
 }
 
 // The same for the segment from `a` to a + d: the distance is convex along it.
@@ -102,7 +101,7 @@ struct HullAxis {
   const F8 further = squareRoot(dividedBy(dot(nearest, nearest), m2)) * (slope / flat);
   const F8 s = clamp01(select(crosses, s0 + further, s0));
   const Vector8 at = beside + s * d_beside;
-  return axis.at(h, z0 + s * dz, squareRoot(dot(at, at)));
+  return axis.at(z0 + s * dz, squareRoot(dot(at, at)));
 }
 
 // The ball of each slab that is nearest to `point`, on the face of the slab that is turned to it.
@@ -116,9 +115,8 @@ struct HullAxis {
   const F8 upright = squareRoot(maxOf(one - dot(fall, fall), splat(1e-6f)));
   const Vector8 normal = (side * upright * inverse) * across - fall;
   const Vector8 centre = from - (size(height) / upright) * normal;
-  HullTouch touch{dot(to1, centre), dot(to2, centre), dot(normal, from) - h.radius, {}};
-  touch.within = areWeights(touch.w1, touch.w2) & (square > zero);
-  return touch;
+  const F8 w1 = dot(to1, centre), w2 = dot(to2, centre);
+  return {w1, w2, areWeights(w1, w2) & (square > zero)};
 }
 
 // Moves the balls of the lanes in `which` to these weights, or to the nearest ones within the part.
@@ -153,14 +151,14 @@ inline F8 swingOf(const U8& flags, const F8& allowance) {
 // Bound of the sine of the angle between the normals of a patch and that of its flat triangle.
 inline F8 leanOf(const U8& flags) { return __builtin_convertvector((I8)(flags >> kLeanShift), F8) * splat(1.0f / kLeanMask); }
 
-// How a part lies on a triangle.
-struct HullLie {
+// A part and the plane of a triangle.
+struct HullOverPlane {
   F8 above;     // how far its balls, as they are felt, are from the plane of the triangle
   I8 may_rest;  // on the smooth patch: the normals of both agree somewhere
 };
 
 // The normals of a patch with the lean s are within sqrt(2) s of that of its triangle.
-[[gnu::noinline]] HullLie lieOf(const HullParts& h, const Patches& p) {
+[[gnu::noinline]] HullOverPlane overPlane(const HullParts& h, const Patches& p) {
   const F8 zero = splat(0), one = splat(1);
   const Vector8 across = cross(p.position[1] - p.position[0], p.position[2] - p.position[0]),
                 normal = dividedBy(one, squareRoot(dot(across, across))) * across;
@@ -191,15 +189,15 @@ struct HullLie {
   const I8 is1 = (I8)h.way == (I8)splatU(1), is2 = (I8)h.way == (I8)splatU(2);
   const auto ofWay = [&](const Vector8& a, const Vector8& b, const Vector8& c) { return select(is2, c, select(is1, b, a)); };
   const Vector8 corner = ofWay(p.position[0], p.position[1], p.position[2]), next = ofWay(p.position[1], p.position[2], p.position[0]);
-  HullTouch cone{zero, zero, zero, I8{}}, slab = cone;
+  HullTouch cone{zero, zero, I8{}}, slab = cone;
   if (maskOf(h.is_cone) != 0) cone = coneAt(h, corner, next - corner);
   if (maskOf(h.is_slab) != 0) slab = slabAt(h, corner);
   out.within = out.within | (h.is_slab & slab.within) | (h.is_cone & cone.within);
   moveTo(~is_ball, select(h.is_slab, slab.w1, cone.w1), select(h.is_slab, slab.w2, zero), h, balls);
   if (maskOf(out.smooth) != 0) {
-    const HullLie lie = lieOf(h, p);
-    out.smooth = out.smooth & lie.may_rest;
-    out.nearest = lie.above;
+    const HullOverPlane over = overPlane(h, p);
+    out.smooth = out.smooth & over.may_rest;
+    out.nearest = over.above;
   }
   return out;
 }

@@ -39,8 +39,9 @@ void keepNear(double margin, PairSet& pairs, RowSet& rows, StepMemory& memory) n
 /// ns a pair. No allocation.
 PairSet feltPairs(const PairSet& pairs, double way, StepMemory& memory) noexcept;
 
-/// Adds the felt row of each pair in `felt` to `rows`, which makeRows() made at `pose`. The plane beside a patch is
-/// left out if its gap exceeds `max_gap` [mm]. Cost: about 40 ns a pair. No allocation.
+/// Adds the felt row of each pair in `felt` to `rows`, which makeRows() made at `pose`. Pairs with a cone or slab that
+/// cannot rest on its patch are first left out of `felt`. The plane beside a patch is left out if its gap exceeds
+/// `max_gap` [mm]. Cost: about 40 ns a pair that is left. No allocation.
 void addFeltRows(PairSet& felt, const Configuration& pose, double max_gap, RowSet& rows, StepMemory& memory) noexcept;
 
 }  // namespace spheretree::runtime

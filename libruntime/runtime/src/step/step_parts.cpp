@@ -105,6 +105,7 @@ void StepParts::keepNear(double margin, PairSet& set, RowSet& rows) {
 void StepParts::addFelt(const PairSet& set, const Configuration& pose, double margin, RowSet& rows) {
   const Stage stage(times_ ? &times_->rows : nullptr);
   felt_ = feltPairs(set, margin, memory);
+  if (!scene.hulls.empty()) result.work += costOfRow() * groups(felt_.pairs.size());  // each is tested first
   addFeltRows(felt_, pose, margin, rows, memory);
   if (memory.cutting) result.work += memory.cutting->dropRemoved(felt_, rows.guarded, pose, rows);
   if (scene.has_soft) shiftSoft(felt_, rows.guarded, rows);

@@ -100,18 +100,15 @@ struct SkinNode {
 SkinNode nodeOf(const Skin& skin, const SkinVertex& vertex);
 SkinNode nodeOf(const Skin& skin, const SkinEdge& edge);
 
-/// The nodes of a whole skin, each unpacked once. Its patchOf() returns the same patch as patchOf(skin, ...), in a
-/// third of the time.
+/// The nodes of a whole skin, each unpacked once.
 class SkinNodes {
  public:
-  /// `skin` must be sound and outlive this.
+  /// `skin` must be sound.
   explicit SkinNodes(const Skin& skin);
-  SkinPatch patchOf(std::size_t triangle) const;
   std::span<const SkinNode> ofVertices() const { return vertices_; }
   std::span<const SkinNode> ofEdges() const { return edges_; }
 
  private:
-  const Skin& skin_;
   std::vector<SkinNode> vertices_, edges_;
 };
 
