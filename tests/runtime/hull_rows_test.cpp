@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -13,6 +15,7 @@
 
 #include "kernel/kernel.h"
 #include "rows/rows.h"
+#include "scene/hull_ways.h"
 #include "search/find_pairs.h"
 #include "state/step_memory.h"
 #include "support/row_dot.h"
@@ -42,8 +45,11 @@ struct HullRig {
     workspace = std::make_unique<Workspace>(scene, kernel);
   }
   void make(const Configuration& pose, double margin, bool has_felt = false) {
+    pairs = findPairs(pose, margin, PairsOf::ContactSurface, 1u << 30, workspace->memory());
+    makeRowsAt(pose, margin, has_felt);
+  }
+  void makeRowsAt(const Configuration& pose, double margin, bool has_felt) {
     StepMemory& memory = workspace->memory();
-    pairs = findPairs(pose, margin, PairsOf::ContactSurface, 1u << 30, memory);
     rows = makeRows(pairs, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), memory);
     felt = feltPairs(pairs, margin, memory);
     if (has_felt) addFeltRows(felt, pose, margin, rows, memory);
@@ -111,25 +117,80 @@ std::vector<Hulls> sampleHulls() {
           test::discHulls(2, 0.5, 12)};
 }
 
+// Whether all balls are outside of a skin that is seen whole from the origin, with their centres.
+bool isOutside(const Hulls& hulls, const Configuration& pose, const Skin& skin) {
+  bool is_outside = true;
+  forBalls(hulls, pose, 4, [&](const Vector3d& c, double) {
+    for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
+      Eigen::Matrix3d corners;
+      for (int k = 0; k < 3; ++k) corners.col(k) = patchOf(skin, t).position[static_cast<std::size_t>(k)].cast<double>();
+      const Vector3d w = corners.inverse() * c;
+      if (w.minCoeff() >= 0 && w.sum() <= 1) is_outside = false;
+    }
+  });
+  return is_outside;
+}
+
 // The smallest gap of the rows is the distance of the hulls and the triangles: they hold every way in which the two may
-// touch.
+// touch, and hollow sides and corners are none.
 TEST(HullRows, TheSmallestGapIsThatOfManyBalls) {
-  const Vector3d half(1.5, 1, 2);
-  int met = 0;
-  for (const Hulls& hulls : sampleHulls()) {
-    HullRig rig(hulls, test::boxSkin(half));
-    Random random(7);
-    for (int n = 0; n < 80; ++n) {
-      const Configuration pose{random.inCube(4), test::randomRotation(random)};
-      const double distance = distanceOf(hulls, pose, rig.skin, 40);
-      if (distance < 0.02 || distance > 2) continue;
-      rig.make(pose, 2.5);
-      ++met;
-      ASSERT_LE(static_cast<double>(rig.rows.smallest_gap), distance + 1e-5) << "hulls of " << hulls.parts.size() << " parts, pose " << n;
-      ASSERT_GE(static_cast<double>(rig.rows.smallest_gap), distance - 6e-3) << "hulls of " << hulls.parts.size() << " parts, pose " << n;
+  for (const Skin& skin : {test::boxSkin({1.5, 1, 2}), test::facetedSkin(1)}) {
+    int met = 0;
+    for (const Hulls& hulls : sampleHulls()) {
+      HullRig rig(hulls, skin);
+      Random random(7);
+      for (int n = 0; n < 40; ++n) {
+        const Configuration pose{random.between(1.5, 7) * random.direction(), test::randomRotation(random)};
+        const double distance = distanceOf(hulls, pose, rig.skin, 40);
+        if (distance < 0.02 || distance > 2 || !isOutside(hulls, pose, skin)) continue;
+        rig.make(pose, 2.5);
+        ++met;
+        ASSERT_LE(static_cast<double>(rig.rows.smallest_gap), distance + 1e-5) << "hulls of " << hulls.parts.size() << " parts, pose " << n;
+        ASSERT_GE(static_cast<double>(rig.rows.smallest_gap), distance - 6e-3) << "hulls of " << hulls.parts.size() << " parts, pose " << n;
+      }
+    }
+    EXPECT_GT(met, 50);
+  }
+}
+
+// Sides and corners that triangles share are counted once, those that are hollow never.
+TEST(HullRows, WaysAreTheSidesAndCornersThatStandOut) {
+  const auto count = [](const Skin& skin) {
+    CompiledSkin compiled = compileSkin(skin, Vector3d::Zero());
+    int sides = 0, corners = 0;
+    for (const std::uint8_t ways : hullWays(skin, compiled.patch))
+      sides += std::popcount(ways & 7u), corners += std::popcount(ways >> 3 & 7u);
+    return std::pair(sides, corners);
+  };
+  EXPECT_EQ(count(test::boxSkin({1.5, 1, 2})), std::pair(12 + 6, 8));  // the diagonals are flat
+  EXPECT_EQ(count(test::roundSkin(2)), std::pair(192, 66));
+  EXPECT_EQ(count(test::gridSkin(1)), std::pair(5, 4));  // it is open, so that it has no outside
+  Skin skin = test::facetedSkin(3);
+  const auto [sides, corners] = count(skin);
+  const int side_count = 768, corner_count = 258;
+  EXPECT_LT(sides, side_count * 9 / 10);
+  // A direction from which a corner stands out shows that it counts.
+  std::map<SkinPosition, std::vector<Vector3d>> sides_at;
+  for (std::size_t t = 0; t < skin.triangles.size(); ++t)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto at = patchOf(skin, t).position;
+      sides_at[skin.vertices[skin.triangles[t].vertex[k]].position].push_back((at[(k + 1) % 3] - at[k]).cast<double>());
+    }
+  Random random(3);
+  int shown = 0;
+  for (const auto& [position, around] : sides_at) {
+    const Vector3d outward = positionOf(skin, position).cast<double>().normalized();
+    for (int n = 0, is_shown = 0; n < 20000 && !is_shown; ++n) {
+      const Vector3d d = random.direction();
+      is_shown = d.dot(outward) > 0 && std::ranges::all_of(around, [&](const Vector3d& side) { return d.dot(side) < 0; });
+      shown += is_shown;
     }
   }
-  EXPECT_GT(met, 100);
+  EXPECT_GE(corners, shown);
+  EXPECT_LE(corners, shown + corner_count / 20);
+  EXPECT_LT(corners, corner_count * 9 / 10);
+  for (SkinTriangle& t : skin.triangles) std::swap(t.vertex[1], t.vertex[2]), std::swap(t.edge[0], t.edge[2]);
+  EXPECT_EQ(count(skin), std::pair(side_count, corner_count)) << "inside out, it encloses nothing, and all of them count";
 }
 
 // A row is the derivative of the gap: the smallest gap changes by it when the tool moves a little.
@@ -260,7 +321,16 @@ TEST(HullRows, FeltRowsOfJoinedConesHaveNoStep) {
   }
 }
 
-// The rows of the pairs that keepResting() leaves out would have been satisfied always.
+// Each pair in all of its ways.
+std::uint32_t allWays(const RowRequest& q, const HullWays& w) {
+  std::uint32_t* end = w.to;
+  for (std::uint32_t i = 0; i < q.count; ++i)
+    for (std::uint32_t way = 0; way < (q.hulls.span1[q.pairs[i] >> 16] == Sphere{} ? 1 : 3); ++way)
+      *end++ = q.pairs[i] + (way * w.apart << 16);
+  return static_cast<std::uint32_t>(end - w.to);
+}
+
+// The felt rows of the pairs and ways that are left out would have been satisfied always.
 TEST(HullRows, NoPairThatRestsIsLeftOut) {
   std::size_t left_out = 0, in = 0;
   std::vector<Hulls> tools = sampleHulls();
@@ -270,20 +340,30 @@ TEST(HullRows, NoPairThatRestsIsLeftOut) {
     for (const Skin& skin : {test::roundSkin(1), test::roundSkin(3), test::cuspedSkin(2), test::ellipsoidSkin({7, 5, 2}, 2)}) {
       HullRig some(hulls, skin), all(hulls, skin);
       KernelTable keeps_all = *all.workspace->memory().kernel;
+      keeps_all.spreadWays = allWays;
       keeps_all.keepResting = [](const RowRequest& request, std::uint32_t*) { return request.count; };
       all.workspace->memory().kernel = &keeps_all;
       Random random(12);
       for (int n = 0; n < 150; ++n) {
         const Configuration pose{random.between(4, 8) * random.direction(), test::randomRotation(random)};
-        some.make(pose, 0.4, true);
-        all.make(pose, 0.4, true);
-        std::uint32_t next = some.rows.guarded;
+        // After the search, the tool moves by less than its margin.
+        const double reach = some.workspace->memory().scene.tool.reach;
+        const Configuration to{pose.position + 0.05 * random.direction(),
+                               Eigen::Quaterniond(Eigen::AngleAxisd(0.8 / reach, random.direction())) * pose.orientation};
+        for (HullRig* rig : {&some, &all}) {
+          rig->make(pose, 1.3);
+          ASSERT_FALSE(rig->pairs.coarse);
+          rig->makeRowsAt(to, 0.4, true);
+        }
+        std::map<std::uint32_t, double> gaps;
+        for (std::uint32_t row = some.rows.guarded; row < some.rows.rows.count; ++row)
+          if (some.isIn(row)) gaps[some.felt.pairs[row - some.rows.guarded]] = some.gap(row);
         for (std::uint32_t row = all.rows.guarded; row < all.rows.rows.count; ++row) {
-          if (!all.isIn(row)) continue;
-          while (next < some.rows.rows.count && !some.isIn(next)) ++next;
-          ASSERT_LT(next, some.rows.rows.count) << "hulls of " << hulls.parts.size() << " parts, pose " << n;
-          ASSERT_NEAR(some.gap(next), all.gap(row), 1e-5) << "hulls of " << hulls.parts.size() << " parts, pose " << n;
-          ++next, ++in;
+          if (!all.isIn(row) || all.gap(row) > 0.4) continue;
+          const auto found = gaps.find(all.felt.pairs[row - all.rows.guarded]);
+          ASSERT_NE(found, gaps.end()) << "hulls of " << hulls.parts.size() << " parts, pose " << n;
+          ASSERT_NEAR(found->second, all.gap(row), 1e-5) << "hulls of " << hulls.parts.size() << " parts, pose " << n;
+          ++in;
         }
         left_out += all.rows.rows.count - some.rows.rows.count;
       }

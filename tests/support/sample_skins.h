@@ -228,6 +228,21 @@ inline Skin cuspedSkin(int times) {
   return skinOf(mesh);
 }
 
+/// That surface with flat triangles and sharp sides, which have their own corners: it has ridges, hollows and saddles.
+inline Skin facetedSkin(int times) {
+  const SmoothMesh smooth = dividedOctahedron(times);
+  SmoothMesh mesh;
+  for (const auto& corners : smooth.triangles) {
+    const auto first = static_cast<std::uint16_t>(mesh.positions.size());
+    for (const std::uint16_t c : corners) mesh.positions.push_back(cuspedRadius(smooth.normals[c]) * smooth.normals[c]);
+    const auto* p = &mesh.positions[first];
+    mesh.normals.insert(mesh.normals.end(), 3, (p[1] - p[0]).cross(p[2] - p[0]).normalized());
+    mesh.triangles.push_back({first, static_cast<std::uint16_t>(first + 1), static_cast<std::uint16_t>(first + 2)});
+  }
+  mesh.project = [](const Eigen::Vector3d& p) { return p; };
+  return skinOf(mesh);
+}
+
 /// Two curved strips that meet along the y axis, from y = -2 to 2, at an angle; the common edge is sharp: a ridge.
 inline Skin ridgeSkin() {
   SmoothMesh mesh;

@@ -19,7 +19,8 @@ struct Foot {
   I8 found;
 };
 
-inline Foot findFoot(const Quadratic& position, const Quadratic& normal, const Vector8& centre) {
+// The lanes in `exactly` decide when to stop.
+inline Foot findFoot(const Quadratic& position, const Quadratic& normal, const Vector8& centre, const I8& exactly) {
   const F8 one = splat(1), zero = splat(0);
   Foot foot{splat(1.0f / 3), splat(1.0f / 3), zero, {}};
   F8 last = one;
@@ -36,7 +37,7 @@ inline Foot findFoot(const Quadratic& position, const Quadratic& normal, const V
     const F8 inverse = one / select(regular, det, one);
     F8 du = select(regular, dot(rest, pv_n) * inverse, zero), dv = select(regular, dot(rest, n_pu) * inverse, zero);
     last = select(regular, maxOf(size(du), size(dv)), one);
-    if (maskOf(stepOn(du, dv, last, foot.u, foot.v) > splat(kLastStep)) == 0) break;
+    if (maskOf((stepOn(du, dv, last, foot.u, foot.v) > splat(kLastStep)) & exactly) == 0) break;
   }
   const Vector8 n = normal.at(foot.u, foot.v);
   const F8 square = dot(n, n);
@@ -73,11 +74,13 @@ float feltRows(const RowRequest& q) {
         normal(p.normal(0), p.normal(1), p.normal(2), p.normal(3), p.normal(4), p.normal(5));
     HullParts parts;
     Vector8 middle = balls.centre;
+    I8 is_ball = ~I8{};
     if (q.hulls.way) {
       parts = partsOf(q, i, balls);
+      is_ball = ~(parts.is_cone | parts.is_slab);
       middle = middle + select(parts.is_slab, splat(1.0f / 3), splat(0.5f)) * (parts.span1 + parts.span2);
     }
-    Foot foot = findFoot(position, normal, middle);
+    Foot foot = findFoot(position, normal, middle, is_ball);
     if (q.hulls.way) {
       hull = touchTriangles(parts, p, balls);
       const HullFoot rest = restOnPatches(hull.smooth, parts, feltTurns(q, i), position, normal, foot.u, foot.v, balls);

@@ -164,9 +164,11 @@ class PairFinder {
   // only a small part of its sphere.
   [[gnu::noinline]] unsigned nearHull(std::uint32_t slot, const Balls& balls, float motion) const {
     const Sphere &first = s_.hull_balls[slot], &one = s_.hulls.span1[slot], &two = s_.hulls.span2[slot];
-    const auto turned = [&](const Sphere& s) { return turn(splat(s.x), splat(s.y), splat(s.z), pose_.rotation); };
-    const Vector8 a = turned(first) + splat(pose_.offset[0], pose_.offset[1], pose_.offset[2]);
-    const F8 square = squareToTriangle(a, a + turned(one), a + turned(two), {balls.x, balls.y, balls.z});
+    const float* const m = pose_.rotation;
+    const float back[9] = {m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]};
+    const Vector8 point = turn(balls.x - splat(pose_.offset[0]), balls.y - splat(pose_.offset[1]), balls.z - splat(pose_.offset[2]), back),
+                  a = splat(first.x, first.y, first.z), b = splat(one.x, one.y, one.z);
+    const F8 square = two == Sphere{} ? squareToSegment(a, b, point) : squareToTriangle(a, a + b, a + splat(two.x, two.y, two.z), point);
     const float radius = first.radius + __builtin_fmaxf(0, __builtin_fmaxf(one.radius, two.radius));
     const F8 reach = balls.r + splat(radius + s_.inner_margin + motion);
     return maskOf(square <= reach * reach);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which ball of a hull of the tool touches a triangle or a ball. A hull is the union of the balls between its own, so a
-// row of a hull is that of one of them. docs/algorithms/runtime/hull_rows.md
+// In which ways, and with which ball, a hull of the tool touches a triangle or a ball. A hull is the union of the balls
+// between its own, so a row of a hull is that of one of them. docs/algorithms/runtime/hull_rows.md
 #pragma once
 
 #include "kernel/row_parts_lanes.h"
@@ -54,6 +54,8 @@ inline F8 dividedBy(const F8& a, const F8& b) {
   const I8 is_zero = b == splat(0);
   return select(is_zero, splat(0), a / select(is_zero, splat(1), b));
 }
+
+inline Vector8 unit(const Vector8& v) { return dividedBy(splat(1), squareRoot(dot(v, v))) * v; }
 
 inline I8 areWeights(const F8& w1, const F8& w2) {
   const F8 low = splat(-kJoint);
@@ -151,40 +153,44 @@ inline F8 swingOf(const U8& flags, const F8& allowance) {
 // Bound of the sine of the angle between the normals of a patch and that of its flat triangle.
 inline F8 leanOf(const U8& flags) { return __builtin_convertvector((I8)(flags >> kLeanShift), F8) * splat(1.0f / kLeanMask); }
 
-// A part and the plane of a triangle.
-struct HullOverPlane {
-  F8 above;     // how far its balls, as they are felt, are from the plane of the triangle
-  I8 may_rest;  // on the smooth patch: the normals of both agree somewhere
+// A part and a triangle.
+struct HullOver {
+  F8 apart;     // lower bound of the distance of its balls, as they are felt, from the triangle
+  I8 may_rest;  // on the smooth patch: the normals of both agree somewhere, if the tool turns by at most `turn` [rad]
 };
 
-// The normals of a patch with the lean s are within sqrt(2) s of that of its triangle.
-[[gnu::noinline]] HullOverPlane overPlane(const HullParts& h, const Patches& p) {
-  const F8 zero = splat(0), one = splat(1);
-  const Vector8 across = cross(p.position[1] - p.position[0], p.position[2] - p.position[0]),
-                normal = dividedBy(one, squareRoot(dot(across, across))) * across;
-  const F8 height = dot(normal, h.first - p.position[0]), along1 = dot(normal, h.span1), along2 = dot(normal, h.span2);
-  const auto lowest = [&](const F8& side) {
-    return side * height - h.radius + minOf(zero, minOf(side * along1 - h.rise1, side * along2 - h.rise2));
+// Two planes may part them: that of the triangle, and one between their middles. The normals of a patch with the lean s
+// are within sqrt(2) s of that of its triangle.
+[[gnu::noinline]] HullOver overTriangle(const HullParts& h, const Patches& p, float turn = 0) {
+  const F8 zero = splat(0), third = splat(1.0f / 3);
+  const Vector8 side1 = p.position[1] - p.position[0], side2 = p.position[2] - p.position[0], from = h.first - p.position[0],
+                normal = unit(cross(side1, side2)), middle = third * (side1 + side2);
+  const F8 along1 = dot(normal, h.span1), along2 = dot(normal, h.span2), height = dot(normal, from);
+  const auto lowest = [&](const F8& at, const F8& at1, const F8& at2) {
+    return at - h.radius + minOf(zero, minOf(at1 - h.rise1, at2 - h.rise2));
   };
+  const F8 abreast = clamp01(dividedBy(dot(middle - from, h.span1), dot(h.span1, h.span1)));
+  const Vector8 way = unit(from - middle + select(h.is_slab, third, abreast) * h.span1 + third * h.span2);
+  const F8 beside = lowest(dot(way, from), dot(way, h.span1), dot(way, h.span2)) - maxOf(zero, maxOf(dot(way, side1), dot(way, side2)));
   const auto agrees = [&](const Vector8& span, const F8& along, const F8& rise) {
-    return size(along - rise) <= splat(1.4143f) * leanOf(p.flags) * (squareRoot(dot(span, span)) + h.bend) + h.bend;
+    return size(along - rise) <= (splat(1.4143f) * leanOf(p.flags) + splat(turn)) * (squareRoot(dot(span, span)) + h.bend) + h.bend;
   };
-  return {maxOf(lowest(one), lowest(zero - one)) - splat(0.5f) * h.bend,
+  return {maxOf(beside, maxOf(lowest(height, along1, along2), lowest(zero - height, zero - along1, zero - along2))) - splat(0.5f) * h.bend,
           agrees(h.span1, along1, h.rise1) & (h.is_cone | agrees(h.span2, along2, h.rise2))};
+}
+
+// The way of a cone or slab that has the felt row of the smooth patch.
+inline I8 feltWay(const HullParts& h, const Patches& p) {
+  return (I8)(p.flags >> (splatU(kFeltConeShift) + ((U8)h.is_slab & splatU(kFeltSlabShift - kFeltConeShift))) & splatU(kNoFeltWay));
 }
 
 // Cones touch side `way` of the triangle, slabs corner `way`.
 [[gnu::noinline]] HullBalls touchTriangles(const HullParts& h, const Patches& p, ToolBalls& balls) {
   const F8 zero = splat(0);
-  const I8 is_ball = ~(h.is_cone | h.is_slab), sharp0 = isSharp(p, splatU(0)), sharp1 = isSharp(p, splatU(1)),
-           first_smooth = sharp0 & ((I8)splatU(1) - sharp1), sharp = isSharp(p, h.way);
-  HullBalls out{is_ball,
-                is_ball,
-                is_ball & ((I8)h.way == 0),
-                ~is_ball & ~sharp & ((I8)h.way == first_smooth),
-                ~is_ball & sharp,
-                splat(__builtin_inff()),
-                h.way};
+  const I8 is_ball = ~(h.is_cone | h.is_slab), sharp = isSharp(p, h.way);
+  HullBalls out{
+      is_ball, is_ball, is_ball & ((I8)h.way == 0), ~is_ball & ((I8)h.way == feltWay(h, p)), ~is_ball & sharp, splat(__builtin_inff()),
+      h.way};
   if (maskOf(is_ball) == 0xff) return out;
   const I8 is1 = (I8)h.way == (I8)splatU(1), is2 = (I8)h.way == (I8)splatU(2);
   const auto ofWay = [&](const Vector8& a, const Vector8& b, const Vector8& c) { return select(is2, c, select(is1, b, a)); };
@@ -195,9 +201,9 @@ struct HullOverPlane {
   out.within = out.within | (h.is_slab & slab.within) | (h.is_cone & cone.within);
   moveTo(~is_ball, select(h.is_slab, slab.w1, cone.w1), select(h.is_slab, slab.w2, zero), h, balls);
   if (maskOf(out.smooth) != 0) {
-    const HullOverPlane over = overPlane(h, p);
+    const HullOver over = overTriangle(h, p);
     out.smooth = out.smooth & over.may_rest;
-    out.nearest = over.above;
+    out.nearest = over.apart;
   }
   return out;
 }
@@ -208,6 +214,32 @@ struct HullOverPlane {
   const I8 is_ball = ~(h.is_cone | h.is_slab);
   moveTo(~is_ball, select(h.is_slab, slab.w1, cone.w1), select(h.is_slab, slab.w2, splat(0)), h, balls);
   return is_ball | (((I8)h.way == 0) & ((h.is_slab & slab.within) | (h.is_cone & cone.within)));
+}
+
+// Each pair in those of its ways in which the two may touch before the next search.
+std::uint32_t spreadWays(const RowRequest& q, const HullWays& w) {
+  std::uint32_t* end = w.to;
+  for (std::uint32_t i = 0; i < q.count; i += 8) {
+    const ToolBalls balls(q, i);
+    const Patches p(q, balls);
+    const HullParts h = partsOf(q, i, balls);
+    const HullOver over = overTriangle(h, p, w.turn);
+    const unsigned live = i + 8 <= q.count ? 0xffu : (1u << (q.count - i)) - 1, near = maskOf(over.apart <= splat(w.reach)) & live;
+    const I8 is_ball = ~(h.is_cone | h.is_slab), felt = feltWay(h, p);
+    U8 pairs, ways;
+#pragma GCC unroll 1  // smaller
+    for (unsigned k = 0; k < 8; ++k) {
+      pairs[k] = q.pairs[i + k < q.count ? i + k : q.count - 1];
+      ways[k] = w.ways[q.items[balls.slot[k]]];
+    }
+    ways = ways >> ((U8)h.is_slab & splatU(3));
+#pragma GCC unroll 1
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const I8 has = (I8)(ways >> splatU(k) & splatU(1)) != 0, rests = over.may_rest & (felt == (I8)splatU(k));
+      end = append(end, pairs + splatU(k * w.apart << 16), maskOf(k == 0 ? is_ball | has | rests : ~is_ball & (has | rests)) & near);
+    }
+  }
+  return static_cast<std::uint32_t>(end - w.to);
 }
 
 }  // namespace

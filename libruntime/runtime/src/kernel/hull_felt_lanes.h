@@ -121,7 +121,6 @@ struct PatchDirections {
   Vector8 up, first, second, third;  // up: normal of the triangle
   [[gnu::noinline]] PatchDirections(const HullParts& h, const Patches& p) {
     const F8 zero = splat(0), one = splat(1);
-    const auto unit = [&](const Vector8& v) { return dividedBy(one, squareRoot(dot(v, v))) * v; };
     up = unit(cross(p.position[1] - p.position[0], p.position[2] - p.position[0]));
     const Vector8 across = cross(h.span1, h.span2);
     const F8 inverse2 = dividedBy(one, dot(across, across));

@@ -139,16 +139,26 @@ struct RowRequest {
   float* felt_way;  // of flat triangles: lower bound of the way on which the ball touches the patch [mm]; infinite if the patch is flat
 };
 
+/// What the ways of pairs of hulls and the triangles of a skin are found from.
+struct HullWays {
+  const std::uint8_t* ways;  // CompiledSkin::ways
+  std::uint32_t apart;       // CompiledHulls::ways_apart
+  float reach;               // parts that are farther than this from the triangle touch it in no way [mm]
+  float turn;                // the tool turns by at most this before the next search [rad]
+  std::uint32_t* to;         // output: pairs with a way each; [0, three times the number of pairs + 8)
+};
+
 struct WorstRow {
   std::uint32_t row;  // lowest index among equals
   float slack;        // a . y - b
 };
 
 struct KernelTable {
-  std::uint32_t (*findNear)(const PairSearch&);      // lists the objects whose bounding spheres touch that of the tool
-  PairSearchResult (*findPairs)(const PairSearch&);  // among these near objects
-  float (*sphereRows)(const RowRequest&);            // ball and ball; returns the smallest gap
-  float (*flatRows)(const RowRequest&);              // ball, reduced by the allowance, and flat triangle; returns the smallest gap
+  std::uint32_t (*findNear)(const PairSearch&);                     // lists the objects whose bounding spheres touch that of the tool
+  PairSearchResult (*findPairs)(const PairSearch&);                 // among these near objects
+  std::uint32_t (*spreadWays)(const RowRequest&, const HullWays&);  // returns the number of pairs with a way each
+  float (*sphereRows)(const RowRequest&);                           // ball and ball; returns the smallest gap
+  float (*flatRows)(const RowRequest&);  // ball, reduced by the allowance, and flat triangle; returns the smallest gap
   std::uint32_t (*keepResting)(const RowRequest&, std::uint32_t* pairs);  // in place those of hulls that may rest on their patch
   float (*feltRows)(const RowRequest&);  // ball and patch; always satisfied if the ball does not rest on this patch
   WorstRow (*worstRow)(const float* const* a, const float* b, std::uint32_t count, const float* y);  // count > 0

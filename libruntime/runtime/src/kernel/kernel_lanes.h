@@ -6,6 +6,7 @@
 #include "kernel/felt_rows_lanes.h"
 #include "kernel/find_pairs_lanes.h"
 #include "kernel/flat_rows_lanes.h"
+#include "kernel/hull_balls_lanes.h"
 #include "kernel/kernel.h"
 #include "kernel/sphere_rows_lanes.h"
 #include "kernel/worst_row_lanes.h"
@@ -13,7 +14,7 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr KernelTable kTable{findNear, findPairs, sphereRows, flatRows, keepResting, feltRows, worstRow};
+constexpr KernelTable kTable{findNear, findPairs, spreadWays, sphereRows, flatRows, keepResting, feltRows, worstRow};
 
 }  // namespace
 }  // namespace spheretree::runtime

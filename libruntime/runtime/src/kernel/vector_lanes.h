@@ -26,6 +26,14 @@ inline Vector8 turn(const F8& x, const F8& y, const F8& z, const float* m) {
           splat(m[6]) * x + splat(m[7]) * y + splat(m[8]) * z};
 }
 
+// Squared distances from 8 points to 8 segments.
+inline F8 squareToSegment(const Vector8& start, const Vector8& span, const Vector8& point) {
+  const Vector8 from = point - start;
+  const F8 length2 = dot(span, span);
+  const Vector8 to = from - clamp01(dot(from, span) / select(length2 > splat(0), length2, splat(1))) * span;
+  return dot(to, to);
+}
+
 // Squared distances from 8 points to 8 triangles.
 inline F8 squareToTriangle(const Vector8& p0, const Vector8& p1, const Vector8& p2, const Vector8& point) {
   const F8 one = splat(1), zero = splat(0);
@@ -37,9 +45,7 @@ inline F8 squareToTriangle(const Vector8& p0, const Vector8& p1, const Vector8& 
   for (unsigned k = 0; k < 3; ++k) {
     const Vector8 from = point - corner[k];
     over = over & (dot(cross(across, side[k]), from) >= zero);
-    const F8 length2 = dot(side[k], side[k]);
-    const Vector8 to = from - clamp01(dot(from, side[k]) / select(length2 > zero, length2, one)) * side[k];
-    nearest = minOf(nearest, dot(to, to));
+    nearest = minOf(nearest, squareToSegment(corner[k], side[k], point));
   }
   const F8 height = dot(across, point - p0);
   return select(over, height * height / select(over, area2, one), nearest);

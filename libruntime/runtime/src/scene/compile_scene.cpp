@@ -7,6 +7,7 @@
 
 #include "scene/compiled_scene.h"
 #include "scene/cut_model.h"
+#include "scene/hull_ways.h"
 #include "scene/tissue_model.h"
 #include "spheretree/runtime/step.h"
 
@@ -64,7 +65,7 @@ CompiledLeaves compileLeaves(const SphereTree& file, const SearchTree& search, c
   return out;
 }
 
-CompiledShape compileShape(const SphereTree& file, bool has_skin) {
+CompiledShape compileShape(const SphereTree& file, bool has_skin, bool has_hulls) {
   CompiledShape shape;
   const Eigen::Vector3d origin(file.origin_mm.data());
   const SearchTree search = searchTreeOf(file);
@@ -76,6 +77,7 @@ CompiledShape compileShape(const SphereTree& file, bool has_skin) {
   shape.overhang = file.statistics.back().overhang_bound;
   if (has_skin && !file.skin.empty()) {
     shape.skin = compileSkin(file.skin, origin - shape.centre);
+    if (has_hulls) shape.skin.ways = hullWays(file.skin, shape.skin.patch);
     shape.mesh_distance = file.skin.mesh_distance;
     const Sphere& root = file.skin.search.inner[0];
     shape.radius = std::max(shape.radius, (centreOf(root) + origin - shape.centre).norm() + static_cast<double>(root.radius));
@@ -104,7 +106,7 @@ class ObjectPlacer {
     if (known == out_.shapes.size()) {
       if (!object.tree.isSound())
         if (std::string why = findFault(*object.tree); !why.empty()) return why;
-      out_.shapes.push_back(compileShape(*object.tree, description_.contact == ContactSurface::Skin || object.tissue));
+      out_.shapes.push_back(compileShape(*object.tree, description_.contact == ContactSurface::Skin || object.tissue, !out_.hulls.empty()));
       out_.shapes.back().of = what;
       out_.shapes.back().tissue = object.tissue;
       if (object.tissue) out_.make_tissue = object.tissue->make;

@@ -8,12 +8,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "scene/compiled_skin.h"
 #include "scene/compiled_tree.h"
 #include "spheretree/core/hulls.h"
 
 namespace spheretree::runtime {
-
-inline constexpr std::uint32_t kNoFeltWay = 3;
 
 /// A part touches a triangle in up to three ways: a ball in its nearest point, a cone at a side, a slab at a
 /// corner. The search finds slots of the tree. A pair with a cone or slab then becomes one for each way: their tool

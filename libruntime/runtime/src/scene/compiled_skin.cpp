@@ -9,7 +9,6 @@
 #include <limits>
 #include <span>
 #include <type_traits>
-#include <utility>
 
 #include "spheretree/core/float_vector.h"
 
@@ -38,25 +37,6 @@ std::vector<Node> nodesOf(const Skin& skin, const std::vector<Element>& elements
 }
 
 void putPosition(const Eigen::Vector4f& p, float (&out)[3]) { out[0] = p.x(), out[1] = p.y(), out[2] = p.z(); }
-
-// A cone may touch a triangle at a side, a slab at a corner. Of the triangles that share one, the first answers for it.
-// The felt row of a curved patch is that of its first smooth side, and each sharp side has one of its own.
-class HullWays {
- public:
-  explicit HullWays(const Skin& skin) : side_taken_(skin.edges.size()), corner_taken_(skin.vertices.size()) {}
-  std::uint8_t of(const SkinTriangle& triangle, std::uint32_t flags) {
-    std::uint32_t sides = 0, corners = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (!std::exchange(side_taken_[triangle.edge[k]], char{1})) sides |= 1u << k;
-      if (!std::exchange(corner_taken_[triangle.vertex[k]], char{1})) corners |= 1u << k;
-    }
-    const std::uint32_t sharp = flags & 7, felt = (flags & kCurved) == 0 ? 0 : sharp | (~sharp & (sharp + 1) & 7);
-    return static_cast<std::uint8_t>((sides | felt) | (corners | felt) << 3);
-  }
-
- private:
-  std::vector<char> side_taken_, corner_taken_;
-};
 
 }  // namespace
 
@@ -133,9 +113,7 @@ CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin) {
   Eigen::Vector4f shift;
   pad(origin.cast<float>(), shift);
   std::vector<Sphere> spheres(skin.triangles.size());
-  HullWays ways(skin);
   out.patch.resize(skin.triangles.size());
-  out.ways.resize(skin.triangles.size());
   PaddedPatch patch;
   for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
     const SkinTriangle& triangle = skin.triangles[t];
@@ -160,7 +138,6 @@ CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin) {
     for (std::size_t i = 0; i < 6; ++i) putPosition(patch.position[i] + shift, to.position[i]);
     spheres[t] = enclose(patch);
     if (!isFlat(patch)) to.flags |= kCurved;
-    out.ways[t] = ways.of(triangle, to.flags);
     to.flags |= swingBits(swing / skin.tolerance) | leanBits(leanOf(patch));
   }
   out.tree = compileTree(skin.search, spheres, origin, TreeOver::Triangles);

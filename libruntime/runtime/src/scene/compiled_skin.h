@@ -19,10 +19,16 @@ inline constexpr float kNormalScale = 32767;  // of the components of unit vecto
 struct CompiledPatch {
   float position[6][3];
   std::uint16_t normal[6][3];  // two's complement, times kNormalScale
-  std::uint32_t flags;         // bit k: side k is sharp; kCurved; from bit kSwingShift and kLeanShift: upper bounds of how curved it is
+  std::uint32_t flags;         // bit k: side k is sharp; kCurved; the other bits: see the shifts below
 };
 static_assert(sizeof(CompiledPatch) == 112);
 inline constexpr std::uint32_t kCurved = 8;  // the flat triangle yields by the tolerance, so that the tool rests on the patch
+
+// Of the ways in which a cone or a slab may touch the triangle (hull_ways.h), the one with the felt row of the smooth
+// patch.
+inline constexpr int kFeltConeShift = 4;
+inline constexpr int kFeltSlabShift = 6;
+inline constexpr std::uint32_t kNoFeltWay = 3;
 
 // The swing of a patch out of its flat triangle, as a share of the allowance of curved triangles, and the sine of the
 // largest angle between its normals and that of the triangle; both rounded up.
@@ -42,7 +48,7 @@ struct CompiledSkin {
   CompiledTree tree;                 // its items are the triangles
   std::vector<CompiledPatch> patch;  // (triangle)
   std::vector<FarFace> far;          // (block) of the triangles below the block
-  std::vector<std::uint8_t> ways;    // (triangle) in which a hull may touch it: bits 0 .. 2 of a cone, 3 .. 5 of a slab
+  std::vector<std::uint8_t> ways;    // (triangle) of hulls, hull_ways.h; empty for a tool of balls
   float tolerance = 0;               // allowance of the triangles with a curved patch: they yield by this [mm]
   bool empty() const { return patch.empty(); }
 };

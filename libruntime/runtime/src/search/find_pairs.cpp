@@ -66,68 +66,37 @@ PairSearch searchFor(const Configuration& pose, const Eigen::Matrix3d& rotation,
   return search;
 }
 
-// The ways in which a hull may touch an item of an object, one bit for each.
-std::uint32_t waysOf(std::uint32_t pair, std::uint32_t object, const StepMemory& memory) {
-  const std::uint32_t balls = memory.scene.hulls.ballsOf(pair >> 16);
-  if (balls == 1 || !memory.feelsSkin(object)) return 1;
-  const CompiledSkin& skin = memory.scene.shapeOf(object).skin;
-  return skin.ways[skin.tree.item[pair & 0xffff]] >> (balls == 2 ? 0 : 3) & 7u;
-}
-
-using Vector3f = Eigen::Vector3f;
-
-// Whether the part of a hull is within the margin of the plane of the triangle. A search compares it with the sphere
-// about the triangle, which is far larger where the two lie flat beside each other.
-class NearPlane {
- public:
-  NearPlane(const PairSearch& search, const CompiledHulls& hulls, const ObjectView& view)
-      : hulls_(hulls), view_(view), reach_(search.inner_margin + view.allowance + view.motion) {
-    const RelativePose pose = relativePose(view, search.rotation, search.position);
-    rotation_ = Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(pose.rotation);
-    offset_ = Vector3f(pose.offset);
-  }
-  bool operator()(std::uint32_t pair) const {
-    if (!view_.still_patches) return true;
-    const auto& p = view_.still_patches[view_.items[pair & 0xffff]].position;
-    const Vector3f corner(p[0]), across = (Vector3f(p[1]) - corner).cross(Vector3f(p[2]) - corner),
-                                 normal = rotation_.transpose() * across;  // in the axes of the tool
-    const std::uint32_t slot = pair >> 16;
-    const Sphere &first = hulls_.ball[slot], &one = hulls_.span1[slot], &two = hulls_.span2[slot];
-    const float length = across.norm(), at = across.dot(offset_ - corner) + normal.dot(Vector3f(first.x, first.y, first.z)),
-                along1 = normal.dot(Vector3f(one.x, one.y, one.z)), along2 = normal.dot(Vector3f(two.x, two.y, two.z));
-    const float swell1 = length * one.radius, swell2 = length * two.radius, reach = length * (first.radius + reach_);
-    const float above = at + std::min({0.0f, along1 - swell1, along2 - swell2}),
-                below = at + std::max({0.0f, along1 + swell1, along2 + swell2});
-    return above <= reach && below >= -reach;
-  }
-
- private:
-  const CompiledHulls& hulls_;
-  const ObjectView& view_;
-  float reach_;
-  Eigen::Matrix3f rotation_;  // tool axes to those of the object
-  Vector3f offset_;
-};
-
 // Each pair with a cone or slab becomes one for each of its ways. Returns the number of pairs. The pairs are first
 // moved to the end of the memory, so that none is overwritten before it is read.
 std::uint32_t spreadWays(const PairSearch& search, std::uint32_t count, StepMemory& memory) noexcept {
+  const CompiledScene& scene = memory.scene;
   std::uint32_t* const first = memory.pairs.data();
-  const std::uint32_t* next = first + memory.pairs.size() - count;
   std::copy_backward(first, first + count, first + memory.pairs.size());
-  std::uint32_t* to = first;
+  RowRequest request{};
+  request.pairs = first + memory.pairs.size() - count;
+  request.tool = scene.hulls.ball.data();
+  request.hulls = search.hulls;
+  HullWays ways{nullptr, scene.hulls.ways_apart, 0, 0, first};
+  // The tool moves by at most the margin; bodies that move turn the objects as well.
+  ways.turn = memory.moving_count > 0 ? kFarAway : static_cast<float>(search.margin / scene.tool.reach);
   for (std::uint32_t n = 0; n < search.near_count; ++n) {
-    const std::uint32_t* const begin = to;
-    const NearPlane isNear(search, memory.scene.hulls, memory.views[memory.near[n]]);
-    for (std::uint32_t k = 0; k < memory.near_counts[n]; ++k, ++next) {
-      const std::uint32_t pair = *next;
-      if (!isNear(pair)) continue;
-      for (std::uint32_t ways = waysOf(pair, memory.near[n], memory); ways; ways &= ways - 1)
-        *to++ = pair + (static_cast<std::uint32_t>(__builtin_ctz(ways)) * memory.scene.hulls.ways_apart << 16);
+    const std::uint32_t object = memory.near[n];
+    const ObjectView& view = memory.views[object];
+    request.count = memory.near_counts[n];
+    if (memory.feelsSkin(object)) {
+      request.pose = relativePose(view, search.rotation, search.position);
+      request.patches = view.patches;
+      request.items = view.items;
+      ways.ways = scene.shapeOf(object).skin.ways.data();
+      ways.reach = search.inner_margin + view.allowance + view.motion;
+      memory.near_counts[n] = memory.kernel->spreadWays(request, ways);
+    } else {
+      std::copy_n(request.pairs, request.count, ways.to);
     }
-    memory.near_counts[n] = static_cast<std::uint32_t>(to - begin);
+    request.pairs += request.count;
+    ways.to += memory.near_counts[n];
   }
-  return static_cast<std::uint32_t>(to - first);
+  return static_cast<std::uint32_t>(ways.to - first);
 }
 
 }  // namespace
