@@ -225,18 +225,18 @@ std::uint32_t spreadWays(const RowRequest& q, const HullWays& w) {
     const HullParts h = partsOf(q, i, balls);
     const HullOver over = overTriangle(h, p, w.turn);
     const unsigned live = i + 8 <= q.count ? 0xffu : (1u << (q.count - i)) - 1, near = maskOf(over.apart <= splat(w.reach)) & live;
-    const I8 is_ball = ~(h.is_cone | h.is_slab), felt = feltWay(h, p);
+    const I8 is_hull = h.is_cone | h.is_slab, may_rest = over.may_rest & is_hull, felt = feltWay(h, p);
     U8 pairs, ways;
 #pragma GCC unroll 1  // smaller
     for (unsigned k = 0; k < 8; ++k) {
       pairs[k] = q.pairs[i + k < q.count ? i + k : q.count - 1];
       ways[k] = w.ways[q.items[balls.slot[k]]];
     }
-    ways = ways >> ((U8)h.is_slab & splatU(3));
+    ways = ((ways >> ((U8)h.is_slab & splatU(3))) & (U8)is_hull) | (splatU(1) & ~(U8)is_hull);  // a ball has one way
 #pragma GCC unroll 1
     for (std::uint32_t k = 0; k < 3; ++k) {
-      const I8 has = (I8)(ways >> splatU(k) & splatU(1)) != 0, rests = over.may_rest & (felt == (I8)splatU(k));
-      end = append(end, pairs + splatU(k * w.apart << 16), maskOf(k == 0 ? is_ball | has | rests : ~is_ball & (has | rests)) & near);
+      const I8 touches = (I8)(ways >> splatU(k) & splatU(1)) != 0;
+      end = append(end, pairs + splatU(k * w.apart << 16), maskOf(touches | (may_rest & (felt == (I8)splatU(k)))) & near);
     }
   }
   return static_cast<std::uint32_t>(end - w.to);

@@ -119,29 +119,29 @@ CompiledHulls compileHulls(const Hulls& hulls, const Eigen::Vector3d& origin) {
   for (const HullPart& part : hulls.parts) spheres.push_back(enclose(hulls, part));
   out.tree = compileTree(hulls.search, spheres, origin, TreeOver::Triangles);
   out.ways_apart = static_cast<std::uint32_t>(out.tree.item.size());
-  out.span1 = out.span2 = out.turn0 = out.turn1 = std::vector<Sphere>(3 * out.ways_apart);
-  out.swell.resize(out.span1.size());
-  out.bend.resize(out.span1.size());
+  out.ball = out.span1 = out.span2 = out.turn0 = out.turn1 = std::vector<Sphere>(3 * out.ways_apart);
+  out.swell.resize(out.ball.size());
+  out.bend.resize(out.ball.size());
+  out.way.resize(out.ball.size());
   const FeltCones felt(hulls);
-  for (std::uint32_t way = 0; way < 3; ++way)
-    for (std::uint32_t slot = 0; slot < out.ways_apart; ++slot) {
-      const Block& block = out.tree.bound[slot / 8];
-      out.way.push_back(way);
-      out.ball.push_back({block.x[slot % 8], block.y[slot % 8], block.z[slot % 8], block.r[slot % 8]});
-      if (out.tree.item[slot] == kNoItem) continue;
-      const HullPart& part = hulls.parts[out.tree.item[slot]];
-      const std::size_t end = 2 * out.tree.item[slot];
-      out.turn0[out.way.size() - 1] = felt.turn[end];
-      out.turn1[out.way.size() - 1] = felt.turn[end + 1];
-      out.swell[out.way.size() - 1] = {felt.swell[end], felt.swell[end + 1]};
-      out.bend[out.way.size() - 1] = felt.bendOf(out.tree.item[slot]);
-      if (ballCount(part) == 1 && felt.holds(hulls.balls[part[0]])) out.way.back() = kNoFeltWay;
-      const Sphere& first = hulls.balls[part[0]];
-      const Eigen::Vector3f at = (centreOf(first) + origin).cast<float>();
-      out.ball.back() = {at.x(), at.y(), at.z(), first.radius};
-      if (part[1] != kNoHullBall) out.span1[slot + way * out.ways_apart] = minus(hulls.balls[part[1]], first);
-      if (part[2] != kNoHullBall) out.span2[slot + way * out.ways_apart] = minus(hulls.balls[part[2]], first);
-    }
+  for (std::uint32_t at = 0; at < out.ball.size(); ++at) {
+    const std::uint32_t slot = at % out.ways_apart, item = out.tree.item[slot];
+    const Block& block = out.tree.bound[slot / 8];
+    out.way[at] = at / out.ways_apart;
+    out.ball[at] = {block.x[slot % 8], block.y[slot % 8], block.z[slot % 8], block.r[slot % 8]};
+    if (item == kNoItem) continue;
+    const HullPart& part = hulls.parts[item];
+    out.turn0[at] = felt.turn[2 * item];
+    out.turn1[at] = felt.turn[2 * item + 1];
+    out.swell[at] = {felt.swell[2 * item], felt.swell[2 * item + 1]};
+    out.bend[at] = felt.bendOf(item);
+    const Sphere& first = hulls.balls[part[0]];
+    if (ballCount(part) == 1 && felt.holds(first)) out.way[at] = kNoFeltWay;
+    const Eigen::Vector3f centre = (centreOf(first) + origin).cast<float>();
+    out.ball[at] = {centre.x(), centre.y(), centre.z(), first.radius};
+    if (part[1] != kNoHullBall) out.span1[at] = minus(hulls.balls[part[1]], first);
+    if (part[2] != kNoHullBall) out.span2[at] = minus(hulls.balls[part[2]], first);
+  }
   out.smallest_radius = std::ranges::min_element(hulls.balls, {}, &Sphere::radius)->radius;
   return out;
 }

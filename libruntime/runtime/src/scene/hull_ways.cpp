@@ -8,8 +8,6 @@
 #include <cstddef>
 #include <span>
 
-#include "spheretree/core/rounding.h"
-
 namespace spheretree::runtime {
 namespace {
 
@@ -17,91 +15,111 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kMostSides = 32;  // of a corner that is tested; one with more is a way without a test
 
-// A side or corner of a triangle, as a number: where it is, which is the same for all triangles that share it; whether
-// it is no sharp side; the triangle, which of its sides or corners it is, and whether the side goes the other way.
-using Place = std::uint64_t;
-Place place(std::uint32_t a, std::uint32_t b, bool is_sharp, std::uint64_t t, std::uint32_t k) {
-  return std::uint64_t{std::min(a, b)} << 36 | std::uint64_t{std::max(a, b)} << 20 | std::uint64_t{!is_sharp} << 19 | t << 3 | k << 1 |
-         (a > b);
-}
-std::uint64_t whereOf(Place p) { return p >> 20; }
-std::size_t triangleOf(Place p) { return p >> 3 & 0xffff; }
-std::size_t numberOf(Place p) { return p >> 1 & 3; }
-bool isTurned(Place p) { return (p & 1) != 0; }
+using Place = std::uint32_t;  // 3 t + k: side or corner k of triangle t
+
+// The places by what they are of.
+struct Shared {
+  std::vector<std::uint32_t> first, places;
+  Shared(std::size_t count, const std::vector<std::uint32_t>& what) : first(count + 1), places(what.size()) {
+    for (const std::uint32_t w : what) ++first[w];
+    for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+    for (std::size_t i = what.size(); i-- > 0;) places[--first[what[i]]] = static_cast<Place>(i);
+  }
+  std::span<const Place> of(std::size_t i) const { return {places.data() + first[i], first[i + 1] - first[i]}; }
+};
 
 class WaysFinder {
  public:
   WaysFinder(const Skin& skin, std::span<const CompiledPatch> patches)
-      : ways(skin.triangles.size()), skin_(skin), sides_(3 * ways.size()), corners_(sides_.size()) {
-    findPlaces(patches);
-    has_inside_ = isClosed() && volume() > 0;
-    share(sides_, 0, &WaysFinder::isHollowSide);
-    share(corners_, 3, &WaysFinder::isHollowCorner);
+      : ways(skin.triangles.size()), skin_(skin), patches_(patches), corner_(3 * ways.size()), side_(corner_.size()) {
+    nameCorners();
+    nameSides();
+    const Shared sides(skin.edges.size(), side_), corners(skin.vertices.size(), corner_);
+    has_inside_ = isClosed(sides) && volume() > 0;
+    share(sides, 0, &WaysFinder::isHollowSide);
+    share(corners, 3, &WaysFinder::isHollowCorner);
   }
   std::vector<std::uint8_t> ways;
 
  private:
-  Vector3d at(std::size_t t, std::size_t k) const {  // integers: exact; the unit does not matter
-    const SkinPosition& p = skin_.vertices[skin_.triangles[t].vertex[k % 3]].position;
-    return {double(p[0]), double(p[1]), double(p[2])};
+  static Place next(Place p) { return p % 3 == 2 ? p - 2 : p + 1; }
+  Vector3d at(Place p) const {  // integers: exact; the unit does not matter
+    const SkinPosition& of = skin_.vertices[skin_.triangles[p / 3].vertex[p % 3]].position;
+    return {double(of[0]), double(of[1]), double(of[2])};
   }
-  Vector3d areaAt(Place p) const {
-    const Vector3d corner = at(triangleOf(p), numberOf(p));
-    return (at(triangleOf(p), numberOf(p) + 1) - corner).cross(at(triangleOf(p), numberOf(p) + 2) - corner);
-  }
+  Vector3d areaAt(Place p) const { return (at(next(p)) - at(p)).cross(at(next(next(p))) - at(p)); }
+  bool isTurned(Place p) const { return corner_[p] > corner_[next(p)]; }
 
-  // Vertices and sides at one place are the same: at a crease, the triangles on both sides have their own. A sharp side
-  // comes first: in the ways of its triangle, the whole radius is felt there.
-  void findPlaces(std::span<const CompiledPatch> patches) {
-    const auto named = [](const SkinPosition& p) { return std::uint64_t{p[0]} << 42 | std::uint64_t{p[1]} << 21 | p[2]; };
-    std::vector<std::uint64_t> positions(skin_.vertices.size());
-    for (std::size_t i = 0; i < positions.size(); ++i) positions[i] = named(skin_.vertices[i].position);
-    std::sort(positions.begin(), positions.end());
-    for (std::size_t t = 0; t < skin_.triangles.size(); ++t) {
-      std::array<std::uint32_t, 3> name;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint64_t of = named(skin_.vertices[skin_.triangles[t].vertex[k]].position);
-        name[k] = static_cast<std::uint32_t>(std::lower_bound(positions.begin(), positions.end(), of) - positions.begin());
-      }
-      for (std::uint32_t k = 0; k < 3; ++k) {
-        const bool is_sharp = (patches[t].flags >> k & 1) != 0;
-        sides_[3 * t + k] = place(name[k], name[(k + 1) % 3], is_sharp, t, k);
-        corners_[3 * t + k] = place(name[k], name[k], is_sharp, t, k);
-      }
+  // At a crease, the triangles on both sides have vertices and sides of their own. Those at one place get one name: the
+  // number of the first of them.
+  void nameCorners() {
+    std::vector<std::uint32_t> name(skin_.vertices.size());
+    std::vector<std::uint64_t> sharp;  // positions
+    const auto positionOf = [this](std::size_t vertex) {
+      const SkinPosition& p = skin_.vertices[vertex].position;
+      return std::uint64_t{p[0]} << 42 | std::uint64_t{p[1]} << 21 | p[2];
+    };
+    for (Place p = 0; p < corner_.size(); ++p) {
+      const SkinTriangle& t = skin_.triangles[p / 3];
+      name[t.vertex[p % 3]] = t.vertex[p % 3];
+      if (skin_.edges[t.edge[p % 3]].is_sharp)
+        for (const Place end : {p, next(p)}) sharp.push_back(positionOf(t.vertex[end % 3]));
     }
-    std::sort(sides_.begin(), sides_.end());
-    std::sort(corners_.begin(), corners_.end());
+    std::sort(sharp.begin(), sharp.end());
+    std::vector<std::uint32_t> first(sharp.size());  // vertex there, plus 1
+    for (std::uint32_t& n : name) {
+      const auto found = std::lower_bound(sharp.begin(), sharp.end(), positionOf(n));
+      if (found == sharp.end() || *found != positionOf(n)) continue;
+      std::uint32_t& same = first[static_cast<std::size_t>(found - sharp.begin())];
+      if (same == 0) same = n + 1;
+      n = same - 1;
+    }
+    for (Place p = 0; p < corner_.size(); ++p) corner_[p] = name[skin_.triangles[p / 3].vertex[p % 3]];
+  }
+  void nameSides() {
+    std::vector<std::uint64_t> sharp;  // corners, edge
+    std::vector<std::uint32_t> name(skin_.edges.size());
+    for (Place p = 0; p < side_.size(); ++p) {
+      const std::uint16_t edge = skin_.triangles[p / 3].edge[p % 3];
+      const auto [a, b] = std::minmax(corner_[p], corner_[next(p)]);
+      name[edge] = edge;
+      if (skin_.edges[edge].is_sharp) sharp.push_back(std::uint64_t{a} << 32 | std::uint64_t{b} << 16 | edge);
+    }
+    std::sort(sharp.begin(), sharp.end());
+    for (std::size_t i = 1; i < sharp.size(); ++i)
+      if (sharp[i] >> 16 == sharp[i - 1] >> 16) name[sharp[i] & 0xffff] = name[sharp[i - 1] & 0xffff];
+    for (Place p = 0; p < side_.size(); ++p) side_[p] = name[skin_.triangles[p / 3].edge[p % 3]];
   }
 
   // Two triangles meet in each side, and go along it in opposite directions.
-  bool isClosed() const {
-    for (std::size_t i = 0; i < sides_.size(); i += 2)
-      if (i + 1 == sides_.size() || whereOf(sides_[i]) != whereOf(sides_[i + 1]) || isTurned(sides_[i]) == isTurned(sides_[i + 1]) ||
-          (i + 2 < sides_.size() && whereOf(sides_[i]) == whereOf(sides_[i + 2])))
+  bool isClosed(const Shared& sides) const {
+    for (std::size_t i = 0; i + 1 < sides.first.size(); ++i)
+      if (const std::span<const Place> same = sides.of(i); !same.empty() && (same.size() != 2 || isTurned(same[0]) == isTurned(same[1])))
         return false;
     return true;
   }
   double volume() const {
     double sum = 0;
-    for (std::size_t t = 0; t < skin_.triangles.size(); ++t) sum += at(t, 0).dot(at(t, 1).cross(at(t, 2)));
+    for (Place p = 0; p < corner_.size(); p += 3) sum += at(p).dot(at(p + 1).cross(at(p + 2)));
     return sum;
   }
 
-  // Of the triangles that share a place, the first one answers for it, unless the place is hollow.
-  void share(std::span<const Place> places, std::size_t first_bit, bool (WaysFinder::*isHollow)(std::span<const Place>) const) {
-    for (std::size_t i = 0, end; i < places.size(); i = end) {
-      end = i + 1;
-      while (end < places.size() && whereOf(places[end]) == whereOf(places[i])) ++end;
-      if (has_inside_ && (this->*isHollow)(places.subspan(i, end - i))) continue;
-      ways[triangleOf(places[i])] |= static_cast<std::uint8_t>(1u << (first_bit + numberOf(places[i])));
+  // Of the triangles that share a place, one answers for it, unless the place is hollow: a triangle with a sharp side
+  // there, if there is one, since in its way the whole radius is felt.
+  void share(const Shared& shared, std::uint32_t first_bit, bool (WaysFinder::*isHollow)(std::span<const Place>) const) {
+    for (std::size_t i = 0; i + 1 < shared.first.size(); ++i) {
+      const std::span<const Place> same = shared.of(i);
+      if (same.empty() || (has_inside_ && (this->*isHollow)(same))) continue;
+      Place answers = same[0];
+      for (std::size_t k = same.size(); k-- > 0;)
+        if (patches_[same[k] / 3].flags >> same[k] % 3 & 1) answers = same[k];
+      ways[answers / 3] |= static_cast<std::uint8_t>(1u << (first_bit + answers % 3));
     }
   }
 
-  // The one triangle is beyond the plane of the other.
-  bool isHollowSide(std::span<const Place> same) const {
-    const Vector3d n = areaAt(same[0]), way = at(triangleOf(same[1]), numberOf(same[1]) + 2) - at(triangleOf(same[0]), numberOf(same[0]));
-    return n.dot(way) > kRounding * n.norm() * way.norm();
-  }
+  // The one triangle is beyond the plane of the other. Rounding decides only for what is flat, at which nothing is
+  // touched that is not touched beside it as well.
+  bool isHollowSide(std::span<const Place> same) const { return areaAt(same[0]).dot(at(next(next(same[1]))) - at(same[0])) > 0; }
 
   // No plane through the corner has all of its sides behind it. If there are such planes, one of them contains two
   // sides.
@@ -110,22 +128,24 @@ class WaysFinder {
     std::array<Vector3d, kMostSides> side;
     Vector3d outward = Vector3d::Zero();
     for (std::size_t i = 0; i < same.size(); ++i) {
-      side[i] = (at(triangleOf(same[i]), numberOf(same[i]) + 1) - at(triangleOf(same[i]), numberOf(same[i]))).normalized();
-      outward += areaAt(same[i]).normalized();
+      side[i] = at(next(same[i])) - at(same[i]);
+      outward += areaAt(same[i]);
     }
     for (std::size_t i = 1; i < same.size(); ++i)
       for (std::size_t j = 0; j < i; ++j) {
         Vector3d n = side[i].cross(side[j]);
         if (n.dot(outward) < 0) n = -n;
         std::size_t k = 0;
-        while (k < same.size() && n.dot(side[k]) <= kRounding) ++k;
+        while (k < same.size() && n.dot(side[k]) <= 0) ++k;
         if (k == same.size()) return false;
       }
     return true;
   }
 
   const Skin& skin_;
-  std::vector<Place> sides_, corners_;  // sorted
+  std::span<const CompiledPatch> patches_;
+  std::vector<std::uint32_t> corner_, side_;  // (place) what it is: the same number for all that are at one place
+  std::vector<std::uint64_t> sharp_;          // positions of vertices at sharp sides; then corners and number of each sharp side
   bool has_inside_ = false;
 };
 
@@ -135,13 +155,12 @@ std::vector<std::uint8_t> hullWays(const Skin& skin, std::vector<CompiledPatch>&
   std::vector<std::uint8_t> ways = WaysFinder(skin, patches).ways;
   for (std::size_t t = 0; t < ways.size(); ++t) {
     std::uint32_t& flags = patches[t].flags;
-    for (const int first_bit : {0, 3}) {
-      // The patch is felt in a way to a smooth side, at best in one that the guarantee needs as well.
-      const std::uint32_t smooth = (flags & kCurved) == 0 ? 0 : ~flags & 7u,
-                          both = smooth & static_cast<std::uint32_t>(ways[t] >> first_bit);
-      const auto felt = static_cast<std::uint32_t>(std::countr_zero((both != 0 ? both : smooth) | 1u << kNoFeltWay));
-      flags |= felt << (first_bit == 0 ? kFeltConeShift : kFeltSlabShift);
-    }
+    // The patch is felt in a way to a smooth side, at best in one that the guarantee needs as well.
+    const std::uint32_t smooth = (flags & kCurved) == 0 ? 0 : ~flags & 7u;
+    const auto feltAmong = [smooth](std::uint32_t guarded) {
+      return static_cast<std::uint32_t>(std::countr_zero(((smooth & guarded) != 0 ? smooth & guarded : smooth) | 1u << kNoFeltWay));
+    };
+    flags |= feltAmong(ways[t]) << kFeltConeShift | feltAmong(ways[t] >> 3) << kFeltSlabShift;
   }
   return ways;
 }
