@@ -6,7 +6,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <map>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <span>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -160,40 +163,70 @@ double cosineAt(const Vector3d& apex, const Vector3d& a, const Vector3d& b) {
   return u.dot(v) / std::sqrt(std::max(u.squaredNorm() * v.squaredNorm(), 1e-30));
 }
 
+/// The triangles at directed edges.
+class EdgeTable {
+ public:
+  struct Edge {
+    std::uint32_t end, triangle;
+    auto operator<=>(const Edge&) const = default;
+  };
+
+  explicit EdgeTable(const TriangleMesh& mesh) : first_(mesh.positions.size() + 1, 0), edges_(3 * mesh.triangles.size()) {
+    for (const Triangle& t : mesh.triangles)
+      for (const std::uint32_t v : t) ++first_[v + 1];
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    std::vector<std::uint32_t> next(first_);
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+      for (std::size_t k = 0; k < 3; ++k) edges_[next[mesh.triangles[t][k]]++] = {mesh.triangles[t][(k + 1) % 3], t};
+    for (std::size_t v = 0; v + 1 < first_.size(); ++v) std::sort(edges_.begin() + first_[v], edges_.begin() + first_[v + 1]);
+  }
+  std::span<const Edge> leaving(std::uint32_t v) const { return std::span(edges_).subspan(first_[v], first_[v + 1] - first_[v]); }
+  /// Nothing for an edge that the mesh does not have.
+  std::optional<std::uint32_t> triangleAt(std::uint32_t from, std::uint32_t to) const {
+    for (const Edge& edge : leaving(from))
+      if (edge.end == to) return edge.triangle;
+    return std::nullopt;
+  }
+
+ private:
+  std::vector<std::uint32_t> first_;  // (vertex) where its edges begin in edges_
+  std::vector<Edge> edges_;           // by the vertex that they leave
+};
+
 // Flips every edge whose opposite angles sum to more than 180 degrees, unless that folds the surface or duplicates an
 // edge.
 void flipToDelaunay(TriangleMesh& mesh) {
   for (int round = 0; round < 3; ++round) {
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> triangle_at;  // by directed edge
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-      for (std::size_t k = 0; k < 3; ++k) triangle_at[{mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]}] = t;
-    }
+    const EdgeTable edges(mesh);
+    std::set<std::pair<std::uint32_t, std::uint32_t>> added;
+    const auto exists = [&](std::uint32_t u, std::uint32_t v) { return edges.triangleAt(u, v) || added.contains(std::minmax(u, v)); };
     std::vector<bool> touched(mesh.triangles.size(), false);
-    const auto edges = triangle_at;
-    for (const auto& [edge, left] : edges) {
-      const std::uint32_t a = edge.first, b = edge.second;
-      if (a > b || !edges.contains({b, a})) continue;
-      const std::uint32_t right = edges.at({b, a});
-      if (touched[left] || touched[right]) continue;
-      const auto opposite = [&](std::uint32_t t) {
-        for (const std::uint32_t v : mesh.triangles[t]) {
-          if (v != a && v != b) return v;
-        }
-        return kNoVertex;
-      };
-      const std::uint32_t c = opposite(left), d = opposite(right);
-      const auto& p = mesh.positions;
-      if (cosineAt(p[c], p[a], p[b]) + cosineAt(p[d], p[a], p[b]) > -1e-9) continue;
-      if (triangle_at.contains({c, d}) || triangle_at.contains({d, c})) continue;
-      const Vector3d before = areaVector(mesh, mesh.triangles[left]) + areaVector(mesh, mesh.triangles[right]);
-      const Triangle first{a, d, c}, second{d, b, c};
-      const Vector3d n1 = areaVector(mesh, first), n2 = areaVector(mesh, second);
-      if (n1.dot(before) < 0.5 * n1.norm() * before.norm() || n2.dot(before) < 0.5 * n2.norm() * before.norm()) continue;
-      mesh.triangles[left] = first;
-      mesh.triangles[right] = second;
-      touched[left] = touched[right] = true;
-      triangle_at[{c, d}] = right;
-      triangle_at[{d, c}] = left;
+    for (std::uint32_t a = 0; a < mesh.positions.size(); ++a) {
+      for (const EdgeTable::Edge& edge : edges.leaving(a)) {
+        const std::uint32_t b = edge.end, left = edge.triangle;
+        const std::optional<std::uint32_t> beyond = a < b ? edges.triangleAt(b, a) : std::nullopt;
+        if (!beyond) continue;
+        const std::uint32_t right = *beyond;
+        if (touched[left] || touched[right]) continue;
+        const auto opposite = [&](std::uint32_t t) {
+          for (const std::uint32_t v : mesh.triangles[t]) {
+            if (v != a && v != b) return v;
+          }
+          return kNoVertex;
+        };
+        const std::uint32_t c = opposite(left), d = opposite(right);
+        const auto& p = mesh.positions;
+        if (cosineAt(p[c], p[a], p[b]) + cosineAt(p[d], p[a], p[b]) > -1e-9) continue;
+        if (exists(c, d) || exists(d, c)) continue;
+        const Vector3d before = areaVector(mesh, mesh.triangles[left]) + areaVector(mesh, mesh.triangles[right]);
+        const Triangle first{a, d, c}, second{d, b, c};
+        const Vector3d n1 = areaVector(mesh, first), n2 = areaVector(mesh, second);
+        if (n1.dot(before) < 0.5 * n1.norm() * before.norm() || n2.dot(before) < 0.5 * n2.norm() * before.norm()) continue;
+        mesh.triangles[left] = first;
+        mesh.triangles[right] = second;
+        touched[left] = touched[right] = true;
+        added.insert(std::minmax(c, d));
+      }
     }
   }
 }

@@ -130,7 +130,7 @@ def batches(program: Path, work: Path):
 def player(build: Path, program: Path, work: Path):
     play = build / "tools/haptic_player/haptic-player"
     for modes in ("paper,constrained", "constrained"):
-        run(play, "--scenario", "F7", "--quality", "quick", "--modes", modes, "--out", work / modes, "--quiet", codes=(0, 5))
+        run(play, "--scenario", "F17", "--quality", "quick", "--modes", modes, "--out", work / modes, "--quiet", codes=(0, 5))
         check("stability", (work / modes / "stability.json").read_text())
     check("run", run(play, work / "trees", "--clock", "stepped", "--seconds", "0.2", "--passivity-control", "--record", work / "played.csv", "--json"))
     check("recording_report", run(program, "report", work / "played.csv", "-o", work / "played.html", "--json"))

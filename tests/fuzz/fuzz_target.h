@@ -39,6 +39,7 @@ inline std::filesystem::path asFile(const std::uint8_t* data, std::size_t size, 
     std::filesystem::path folder;
   } scratch;
   const std::filesystem::path path = scratch.folder / ("input" + ending);
+  std::filesystem::remove(path);  // ext4 waits for the disk where a file is truncated and written again
   std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
   return path;
 }

@@ -10,7 +10,7 @@ stand alone.
    JSON.
 4. Public headers are few: what only our own programs include stays in src/.
 5. With COMPILER: every public header compiles alone; with SPHERETREE_LONG=1, as in `.ci/lane debug`, every header.
-   One that its own source includes first is proven by that lane, which compiles each source alone. """
+   One that a source or a test includes first is proven by that lane, which compiles each of them alone. """
 import os
 import re
 import subprocess
@@ -214,10 +214,10 @@ def header_faults(root, compiler):
     for folder in folders.values():
         flags += ["-I", str(folder / "include")]
     alone, is_long = [], os.environ.get("SPHERETREE_LONG") == "1"
+    first = {found[0] for folder in [*folders.values(), root / "tests"] for path in folder.rglob("*.cpp") if (found := includes(path))}
     for room, folder in folders.items():
         for path in sorted((folder if is_long else folder / "include").rglob("*.h")):
-            own = next((p for p in folder.rglob(path.stem + ".cpp")), None)
-            if own is not None and includes(own)[:1] and Path(includes(own)[0]).name == path.name:
+            if any(str(path).endswith("/" + name) for name in first):
                 continue
             alone.append((path, ["-I", str(folder / "src")]))
 

@@ -730,15 +730,21 @@ TEST(RunJobs, EndsWithTheFirstErrorAndWithCancellation) {
   EXPECT_EQ(sum, 3u);
 }
 
-// Ctrl-C does not wait for the 10,000 runs of a scenario.
-TEST(Stability, ManyRunsAreCancelledBetweenTwoOfThem) {
-  builder::Progress progress, cancelled;
+// Ctrl-C does not wait for the many runs of a scenario. Its bodies must exist: making them would be cancelled, too.
+void expectCancelled(const Scenario& scenario, BodyLibrary& bodies) {
+  builder::Progress cancelled;
   cancelled.cancel();
+  ScenarioContext late{bodies, {0.001, 0}, cancelled};
+  EXPECT_THROW(scenario.run(late, Mode::Constrained), builder::Cancelled) << scenario.id;
+}
+
+TEST(Stability, ManyRunsAreCancelledBetweenTwoOfThem) {
+  builder::Progress progress;
   BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Skin, progress);
-  ScenarioContext context{bodies, {0.001, 0}, progress}, late{bodies, {0.001, 0}, cancelled};
-  for (const Scenario* scenario : selectScenarios("F13,F27,F32,F35,F36,F37,F40")) {
-    scenario->run(context, Mode::Constrained);  // makes the bodies, which would be cancelled, too
-    EXPECT_THROW(scenario->run(late, Mode::Constrained), builder::Cancelled) << scenario->id;
+  ScenarioContext context{bodies, {0.001, 0}, progress};
+  for (const Scenario* scenario : selectScenarios("F13,F32")) {
+    scenario->run(context, Mode::Constrained);
+    expectCancelled(*scenario, bodies);
   }
 }
 
@@ -754,6 +760,8 @@ TEST(Stability, FrictionAndBodiesThatMoveHold) {
     if (is_without_friction) {
       EXPECT_FALSE(holds(result.outcomes.at(Mode::Published))) << scenario->id << " is there to fail";
     }
+    const bool has_many_runs = scenario->id == "F27" || scenario->id == "F35" || scenario->id == "F36";
+    if (has_many_runs) expectCancelled(*scenario, bodies);
   }
 }
 
@@ -770,6 +778,7 @@ TEST(Stability, ABurrThatCutsHolds) {
         EXPECT_TRUE(holds(figure)) << scenario->id << ' ' << figure.quantity << ' ' << figure.value;
       }
     }
+    expectCancelled(*scenario, bodies);
   }
 }
 

@@ -79,7 +79,7 @@ def stacked(offset, count=10):
     return _joined([_box((move(0), move(0), move(i / 2)), (move(1), move(1), move(i / 2 + 1))) for i in range(count)])
 
 
-def strips(offset, count=300):
+def strips(offset, count=150):
     """Long thin boxes through one middle, all in one plane up to `offset`."""
     source = random.Random(4)
     bodies = []

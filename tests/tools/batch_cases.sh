@@ -452,8 +452,8 @@ case_batch_budget() {
   [ "$("$program" inspect weighed/small.stree --json | number_of nodes -)" -gt "$("$program" inspect again/small.stree --json | number_of nodes -)" ] ||
     fail "the tolerance weighs nothing"
   # A region of work also is a tolerance.
-  write_rings site.scene.json ', "tolerance_mm": 4' ', "work": [{"name": "spot", "sphere": {"centre_mm": [130, 0, 0], "radius_mm": 10}, "tolerance_mm": 1}]'
-  expect 0 batch site.scene.json -o site --budget 120
+  write_rings site.scene.json ', "tolerance_mm": 8' ', "work": [{"name": "spot", "sphere": {"centre_mm": [130, 0, 0], "radius_mm": 10}, "tolerance_mm": 4}]'
+  expect 0 batch site.scene.json -o site --budget 40
   says '"min_tolerance_mm"' site/report.json
   for bad in 0 -3 2.5 x 5ms 1e10; do expect 2 batch a.scene.json -o none --budget=$bad; done
   expect 2 batch a.scene.json -o none --budget 2

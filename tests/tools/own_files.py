@@ -246,7 +246,7 @@ def allowed(template):
 def unnamed_outputs(template):
     """Each case: words that are run in a fresh folder, the folder of its outputs, and the options that replace all."""
     quick = ["--quality", "quick"]
-    scenario = [player, "--scenario", "F7", "--out", "out", "--quality", "quick", "--share", "0.001", "--turned", "0", "--modes", "paper"]
+    scenario = [player, "--scenario", "F17", "--out", "out", "--quality", "quick", "--share", "0.001", "--turned", "0", "--modes", "paper"]
     cases = [("scene", [spheretree, "scene", "m.obj", "-o", "out/s.scene.json"]),
              ("batch of meshes", [spheretree, "batch", "m.obj", "-o", "out", *quick]),
              ("batch", [spheretree, "batch", "mine.scene.json", "-o", "out"]),

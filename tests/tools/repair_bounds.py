@@ -84,7 +84,7 @@ def interrupts(folder):
         failures.append("build of one plate")
     for verb, words in verbs.items():
         worst = 0
-        for delay in [0.05, 0.2, 0.5, 1, 2, 4] if is_long else [0.3, 1.5]:
+        for delay in [0.05, 0.2, 0.5, 1, 2, 4] if is_long else [0.2, 0.8]:
             taken = answer(words, delay)
             if taken is None:
                 break

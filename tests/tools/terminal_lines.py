@@ -71,16 +71,17 @@ PROGRESS = re.compile(r"\d %  \d|^ *[0-9.]+ s  (force|late)|\[#|^ *(read|check|d
 
 
 def trial(words, columns, term, cwd):
+    """Returns what was written."""
     written, code = on_terminal(words, columns, term, cwd)
     text = written.decode(errors="replace")
     what = f"{' '.join(words[1:])} at {columns} columns, TERM={term}"
     if code != 0:
         failures.append(f"{what}: exit code {code}: {text!r}")
-        return
+        return written
     if term == "dumb":
         if "\r" in text.replace("\r\n", "\n"):
             failures.append(f"{what}: goes back in a line")
-        return
+        return written
     if "\x1b" in text:
         failures.append(f"{what}: an escape sequence")
     drawn = [part for part in text.replace("\r\n", "\n").split("\r") if part.strip()]
@@ -90,6 +91,7 @@ def trial(words, columns, term, cwd):
     for line in screen(text, columns)[0]:
         if PROGRESS.search(line):
             failures.append(f"{what}: progress in a line that stays: {line!r}")
+    return written
 
 
 def prepare(folder):
@@ -104,9 +106,8 @@ def main():
     with tempfile.TemporaryDirectory() as base:
         folder = Path(base)
         prepare(folder)
-        for columns, term in ((40, "xterm"), (80, "xterm"), (200, "xterm"), (80, "dumb")):
-            trial([spheretree, "build", "torus.obj", "-o", "a.stree", "--quality", "quick"], columns, term, folder)
-        shown = on_terminal([spheretree, "build", "torus.obj", "-o", "a.stree", "--quality", "quick"], 80, "xterm", folder)[0]
+        for columns, term in ((40, "xterm"), (200, "xterm"), (80, "dumb"), (80, "xterm")):
+            shown = trial([spheretree, "build", "torus.obj", "-o", "a.stree", "--quality", "quick"], columns, term, folder)
         if b"\r" not in shown.replace(b"\r\n", b"\n"):
             failures.append("no progress was shown at all: this test cannot fail")
         for words in (["evaluate", "torus.obj", "a.stree"], ["batch", "torus.scene.json", "-o", "out"],

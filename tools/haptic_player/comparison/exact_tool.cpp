@@ -123,6 +123,10 @@ std::span<const NearPlace> ToolGaps::near(const Configuration& pose, double marg
   for (std::size_t i = 0; i < body_.points.size(); ++i) {
     const std::size_t at = tool_.points.size() + i;
     if (reached_[at] > travelled_ + margin) continue;
+    if (const double least = (body_.points[i] - pose.position).norm() - reach_; least > margin) {  // no need to know more
+      reached_[at] = travelled_ + least;
+      continue;
+    }
     const Vector3d p = reference_ + turn.transpose() * (body_.points[i] - pose.position);
     if (const double gap = test(at, tool_.field, p, normal); gap <= margin) places_.push_back({body_.points[i], -(turn * normal), gap});
   }

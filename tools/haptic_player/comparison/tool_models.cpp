@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <set>
@@ -37,7 +39,7 @@ constexpr double kToolSpacing = 0.1, kBodySpacing = 0.2;  // of the points of Ex
 
 struct Part {
   std::string name;
-  TriangleMesh mesh;
+  std::function<TriangleMesh()> mesh;  // made when it is chosen
   Vector3d reference = Vector3d::Zero();
 };
 
@@ -72,23 +74,26 @@ std::vector<Part> benchTools() {
       mirror.emplace_back(2 - kRim + kRim * std::cos(a), z + kRim * std::sin(a));
     }
   mirror.emplace_back(0, 0.5);
-  return {{"ball", sphere(1, 48)},
-          {"probe", samples::makeProbe(), {0, 0, 15}},
-          {"mirror", lathe(mirror, 128)},
-          {"bur", samples::makeHandpiece(), {0, 0, 15}}};
+  return {{"ball", [] { return sphere(1, 48); }},
+          {"probe", [] { return samples::makeProbe(); }, {0, 0, 15}},
+          {"mirror", [mirror] { return lathe(mirror, 128); }},
+          {"bur", [] { return samples::makeHandpiece(); }, {0, 0, 15}}};
 }
 
 /// Finely meshed, so that the exact answer for the mesh is that for the smooth surface.
 std::vector<Part> benchBodies() {
   const Quaternion aside(std::sqrt(0.5), std::sqrt(0.5), 0, 0);  // the poles of the sphere have slivers
-  TriangleMesh edge = BodyLibrary::mesh("cube");
-  for (Vector3d& p : edge.positions) p -= Vector3d(10, 0, 10);
-  const TriangleMesh molar = samples::polygonise(samples::molarField, {-7, -7, -15}, {7, 7, 10}, 0.22);
-  return {{"sphere", topAtOrigin(turned(sphere(10, 192), aside))},
-          {"edge", std::move(edge)},
-          {"groove", BodyLibrary::mesh("groove")},
-          {"molar", topAtOrigin(molar)},
-          {"side", topAtOrigin(turned(molar, aside))}};
+  const auto edge = [] {
+    TriangleMesh cube = BodyLibrary::mesh("cube");
+    for (Vector3d& p : cube.positions) p -= Vector3d(10, 0, 10);
+    return cube;
+  };
+  const auto molar = [] { return samples::polygonise(samples::molarField, {-7, -7, -15}, {7, 7, 10}, 0.22); };
+  return {{"sphere", [aside] { return topAtOrigin(turned(sphere(10, 192), aside)); }},
+          {"edge", edge},
+          {"groove", [] { return BodyLibrary::mesh("groove"); }},
+          {"molar", [molar] { return topAtOrigin(molar()); }},
+          {"side", [molar, aside] { return topAtOrigin(turned(molar(), aside)); }}};
 }
 
 /// Where the hand goes above the body, without its height: from left to right, at an angle to the axes.
@@ -246,9 +251,12 @@ std::vector<ToolCourse> toolBench(std::span<const std::string> names, double dep
     return isNamed(part) || std::ranges::none_of(parts, isNamed);
   };
   std::vector<ToolCourse> courses;
+  std::map<std::string, TriangleMesh> meshes;
+  const auto meshOf = [&](const Part& part) { return meshes.contains(part.name) ? meshes[part.name] : meshes[part.name] = part.mesh(); };
   for (const Part& tool : tools)
     for (const Part& body : bodies)
-      if (chosen(tools, tool) && chosen(bodies, body)) courses.push_back({tool.name, body.name, tool.mesh, body.mesh, tool.reference, {}});
+      if (chosen(tools, tool) && chosen(bodies, body))
+        courses.push_back({tool.name, body.name, meshOf(tool), meshOf(body), tool.reference, {}});
   tbb::parallel_for(std::size_t{0}, courses.size(), [&](std::size_t i) {
     if (progress.cancelled()) return;
     ToolCourse& course = courses[i];
