@@ -339,11 +339,12 @@ struct Corner {
   Vector3d p;
   double distance;
   std::uint32_t nearest;  // triangle of the field
+  std::uint8_t feature;   // of the triangle
 };
 
 Corner cornerAt(const DistanceField& field, const Vector3d& p) {
   const NearestPoint nearest = field.nearest(p);
-  return {p, nearest.distance, nearest.triangle};
+  return {p, nearest.distance, nearest.triangle, nearest.feature};
 }
 
 /// For one thread.
@@ -402,20 +403,32 @@ class PieceBound {
     for (std::size_t k = 0; k < 3; ++k)
       smallest = std::min(smallest, piece[k].distance + std::sqrt(std::max(side2(piece, (k + 1) % 3), side2(piece, (k + 2) % 3))));
     const std::array<Vector3d, 3> corners{piece[0].p, piece[1].p, piece[2].p};
-    if (is_whole && !isTight(smallest)) smallest = std::min(smallest, boundByProjection(corners, face));
+    if (is_whole && !isTight(smallest)) smallest = std::min(smallest, boundByProjections(piece));
     if (!isTight(smallest)) smallest = std::min(smallest, boundByFaces(corners, face));
-    if (!is_whole && smallest > std::max(tight_, found_)) smallest = std::min(smallest, boundByProjection(corners, face));
+    if (!is_whole && smallest > std::max(tight_, found_)) smallest = std::min(smallest, boundByProjections(piece));
     return found_ > sufficient_bound_ ? kInfinity : smallest;
   }
 
+  /// Along the normal of the piece; if that is of no use, along the mean normal of the surface at the corners. Beside a
+  /// crease, what lies over the piece along its own normal includes the wall beyond the crease.
+  double boundByProjections(const std::array<Corner, 3>& piece) {
+    const std::array<Vector3d, 3> corners{piece[0].p, piece[1].p, piece[2].p};
+    const std::array<std::uint32_t, 3> face{piece[0].nearest, piece[1].nearest, piece[2].nearest};
+    const double smallest = boundByProjection(corners, (corners[1] - corners[0]).cross(corners[2] - corners[0]), face);
+    if (isTight(smallest) || found_ > sufficient_bound_) return smallest;
+    Vector3d outward = Vector3d::Zero();
+    for (const Corner& c : piece) outward += field_.pseudonormal({.triangle = c.nearest, .feature = c.feature});
+    return std::min(smallest, boundByProjection(corners, outward, face));
+  }
+
   /// From the triangles that are nearest to the corners and to the centroid: they may lie beside the piece.
-  double boundByProjection(const std::array<Vector3d, 3>& corners, const std::array<std::uint32_t, 3>& face) {
+  double boundByProjection(const std::array<Vector3d, 3>& corners, const Vector3d& along, const std::array<std::uint32_t, 3>& face) {
     const std::uint32_t searches = cover_.searches();
     double smallest = kInfinity;
     for (std::size_t i = 0; i < 4 && !isTight(smallest) && found_ <= sufficient_bound_; ++i) {
       const std::uint32_t start = i < 3 ? face[i] : field_.nearest((corners[0] + corners[1] + corners[2]) / 3).triangle;
       if (cover_.hasMet(start, searches)) continue;
-      smallest = std::min(smallest, cover_.distance(corners, start, floor_, allowed_));
+      smallest = std::min(smallest, cover_.distance(corners, along, start, floor_, allowed_));
       if (!isTight(smallest) && cover_.farthest()) found_ = std::max(found_, field_.distance(*cover_.farthest()));
     }
     return smallest;
