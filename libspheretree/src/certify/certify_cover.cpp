@@ -95,7 +95,7 @@ class Splitter {
     std::size_t near_begin, near_end;  // range of its candidates in the stack near_
     bool is_cut;                       // whether it is part of a piece that was cut into power cells and has a gap
   };
-  bool isCoveredAsBefore(const Piece& piece) { return !held_by_.empty() && cells_.suffice(piece.corner, held_by_); }
+  bool isCoveredAsBefore(const Piece& piece) { return cells_.suffice(piece.corner, held_by_); }
 
   const BallIndex& index_;
   PowerCells cells_;
@@ -308,7 +308,7 @@ std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const st
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
     progress.check();
     PowerCells cells(index);
-    std::vector<std::uint32_t> slots;
+    std::vector<std::uint32_t> slots, held_before;
     std::vector<CoverGap>& found = parts[chunk];
     for (std::size_t i = chunk * kTrianglesAChunk; i < std::min(triangles.size(), (chunk + 1) * kTrianglesAChunk); ++i) {
       const std::size_t first = found.size();
@@ -317,15 +317,21 @@ std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const st
         slots.clear();
         for (const std::uint32_t ball : held_by[triangles[i]])
           if (ball < slot_of.size()) slots.push_back(slot_of[ball]);
-        if (!slots.empty() && cells.suffice(triangle.corner, slots)) continue;
+        if (cells.suffice(triangle.corner, slots)) {
+          held_before = slots;
+          continue;
+        }
       }
-      const bool is_held = cells.holes(triangle.corner, [&](const Vector3d& p, std::uint32_t slot) {
-        for (std::size_t k = first; k < found.size(); ++k)
-          if ((p - found[k].point).norm() <= kSame * found[k].gap) return;
-        const double limit = slot == PowerCells::kNone ? std::numeric_limits<double>::infinity()
-                                                       : (p - index.balls[slot].centre).norm() - index.balls[slot].radius;
-        found.push_back({p, tolerance + gapAt(index, p, limit), triangles[i]});
-      });
+      // Consecutive triangles are often neighbours: the balls of the last one mostly suffice, too.
+      const bool is_held =
+          cells.suffice(triangle.corner, held_before) || cells.holes(triangle.corner, [&](const Vector3d& p, std::uint32_t slot) {
+            for (std::size_t k = first; k < found.size(); ++k)
+              if ((p - found[k].point).norm() <= kSame * found[k].gap) return;
+            const double limit = slot == PowerCells::kNone ? std::numeric_limits<double>::infinity()
+                                                           : (p - index.balls[slot].centre).norm() - index.balls[slot].radius;
+            found.push_back({p, tolerance + gapAt(index, p, limit), triangles[i]});
+          });
+      if (is_held) held_before.assign(cells.heldBy().begin(), cells.heldBy().end());
       if (held_by.empty()) continue;
       HeldBy& now = held_by[triangles[i]];
       now.fill(kNoBall);

@@ -62,9 +62,13 @@ class PowerCells {
   /// The balls whose cells the triangle of the last call consists of, if it is covered.
   std::span<const std::uint32_t> heldBy() const { return held_by_; }
 
-  /// Whether the balls of these slots (at least one) cover the triangle.
+  /// Whether the balls of these slots cover the triangle.
   bool suffice(const std::array<Eigen::Vector3d, 3>& triangle, std::span<const std::uint32_t> slots) {
-    if (slots.size() == 1) return holds(slots[0], triangle);
+    if (slots.empty()) return false;
+    if (slots.size() == 1) {
+      held_by_.assign(1, slots[0]);
+      return holds(slots[0], triangle);
+    }
     corners_.assign(triangle.begin(), triangle.end());
     near_.assign(slots.begin(), slots.end());
     const Eigen::Vector3d middle = (triangle[0] + triangle[1] + triangle[2]) / 3;
