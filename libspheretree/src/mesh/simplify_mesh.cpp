@@ -12,6 +12,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -67,7 +68,10 @@ double errorAt(const Quadric& q, const Vector3d& p) {
 class MeshSimplifier::Collapses {
  public:
   Collapses(const TriangleMesh& mesh, Progress& progress)
-      : progress_(progress), edges_(mesh.triangles, mesh.positions.size()), vertex_(mesh.positions.size()), left_(mesh.triangles.size()) {
+      : progress_(progress),
+        edges_(std::in_place, mesh.triangles, mesh.positions.size()),
+        vertex_(mesh.positions.size()),
+        left_(mesh.triangles.size()) {
     std::iota(vertex_.begin(), vertex_.end(), 0u);
     // In a frame of size 1 relative to the middle: far from the origin, the constant terms of the quadrics would exceed
     // their error.
@@ -104,7 +108,7 @@ class MeshSimplifier::Collapses {
     max_cost_ = kInfinity;
     for (const std::uint32_t v : vertices) {
       best_[v] = cheapest(v);
-      if (!(best_[v].cost < kInfinity) || !edges_.canCollapse(best_[v].half_edge)) continue;
+      if (!(best_[v].cost < kInfinity) || !edges_->canCollapse(best_[v].half_edge)) continue;
       collapse(v);
       left_ -= 2;
     }
@@ -158,13 +162,13 @@ class MeshSimplifier::Collapses {
   }
 
   Collapse cheapest(std::uint32_t v) const {
-    if (edges_.isIsolated(v) || edges_.isBorder(v)) return Collapse();
+    if (edges_->isIsolated(v) || edges_->isBorder(v)) return Collapse();
     Star star;
     bool is_hub = false;
-    edges_.visitFrom(v, [&](std::uint32_t h) {
+    edges_->visitFrom(v, [&](std::uint32_t h) {
       if (is_hub || (is_hub = star.count == kMaxNeighbours)) return;
       star.half_edge[star.count] = h;
-      star.neighbour[star.count++] = edges_.to(h);
+      star.neighbour[star.count++] = edges_->to(h);
     });
     if (is_hub) return Collapse();
     const Vector3d p = points_[v];
@@ -197,7 +201,7 @@ class MeshSimplifier::Collapses {
 
   /// The cheapest of the possible collapses, in their order.
   std::vector<Candidate> candidates() {
-    std::erase_if(left_vertices_, [&](std::uint32_t v) { return edges_.isIsolated(v); });
+    std::erase_if(left_vertices_, [&](std::uint32_t v) { return edges_->isIsolated(v); });
     each(left_vertices_.size(), [&](std::size_t i) {
       const std::uint32_t v = left_vertices_[i];
       if (needs_update_[v]) best_[v] = cheapest(v), needs_update_[v] = 0;
@@ -215,8 +219,8 @@ class MeshSimplifier::Collapses {
 
   /// Makes the best collapse of `v`; returns its end.
   std::uint32_t collapse(std::uint32_t v) {
-    const std::uint32_t end = edges_.to(best_[v].half_edge);
-    edges_.collapse(best_[v].half_edge);
+    const std::uint32_t end = edges_->to(best_[v].half_edge);
+    edges_->collapse(best_[v].half_edge);
     quadrics_[end] += quadrics_[v];
     return end;
   }
@@ -224,7 +228,7 @@ class MeshSimplifier::Collapses {
   template <class Visit>
   void visitAround(std::uint32_t v, Visit&& visit) const {
     visit(v);
-    edges_.visitFrom(v, [&](std::uint32_t h) { visit(edges_.to(h)); });
+    edges_->visitFrom(v, [&](std::uint32_t h) { visit(edges_->to(h)); });
   }
 
   void outdateAround(std::uint32_t end) {
@@ -256,7 +260,7 @@ class MeshSimplifier::Collapses {
         bool is_first = true;
         visitAround(open[i].vertex, [&](std::uint32_t v) { is_first = is_first && claim_[v] == claimOf(i); });
         Collapse& best = best_[open[i].vertex];
-        if (is_first && !edges_.canCollapse(best.half_edge)) best.cost = kInfinity;  // until its surroundings change
+        if (is_first && !edges_->canCollapse(best.half_edge)) best.cost = kInfinity;  // until its surroundings change
         wins[i] = is_first && best.cost < kInfinity;
       });
       std::vector<std::uint32_t> made, ends;
@@ -267,14 +271,14 @@ class MeshSimplifier::Collapses {
       each(ends.size(), [&](std::size_t i) { outdateAround(ends[i]); });
       const bool is_slow = static_cast<double>(made.size()) < kMinShare * static_cast<double>(open.size());
       std::erase_if(open, [&](const Candidate& c) {
-        return edges_.isIsolated(c.vertex) || needs_update_[c.vertex] || best_[c.vertex].cost == kInfinity;
+        return edges_->isIsolated(c.vertex) || needs_update_[c.vertex] || best_[c.vertex].cost == kInfinity;
       });
       if (is_slow) break;
     }
     for (std::size_t i = 0; i < open.size() && removed < limit; ++i) {
       const std::uint32_t v = open[i].vertex;
       if (needs_update_[v]) continue;
-      if (!edges_.canCollapse(best_[v].half_edge)) {
+      if (!edges_->canCollapse(best_[v].half_edge)) {
         best_[v].cost = kInfinity;
         continue;
       }
@@ -290,15 +294,15 @@ class MeshSimplifier::Collapses {
     std::vector<std::uint32_t> place(points_.size());
     std::uint32_t count = 0;
     for (std::uint32_t v = 0; v < points_.size(); ++v) {
-      if (edges_.isIsolated(v)) continue;
+      if (edges_->isIsolated(v)) continue;
       place[v] = count;
       vertex_[count] = vertex_[v], points_[count] = points_[v], quadrics_[count] = quadrics_[v];
       ++count;
     }
-    std::vector<Triangle> triangles = edges_.triangles();
+    std::vector<Triangle> triangles = edges_->triangles();
     for (Triangle& t : triangles)
       for (std::uint32_t& v : t) v = place[v];
-    edges_ = HalfEdges(triangles, count);
+    edges_.emplace(triangles, count);
     vertex_.resize(count), points_.resize(count), quadrics_.resize(count);
     vertex_.shrink_to_fit(), points_.shrink_to_fit(), quadrics_.shrink_to_fit();
     begin();
@@ -316,7 +320,7 @@ class MeshSimplifier::Collapses {
   }
 
   Progress& progress_;
-  HalfEdges edges_;
+  std::optional<HalfEdges> edges_;     // begun anew by emplace(): OpenMesh copies where others move, and keeps the memory
   std::vector<std::uint32_t> vertex_;  // (vertices) index in the mesh
   std::vector<Vector3d> points_;
   std::vector<Quadric> quadrics_;
