@@ -36,8 +36,9 @@ constexpr double kRoundShare = 0.1;  // largest share of the possible collapses,
 constexpr std::uint32_t kScatter = 2654435769;  // a multiple of it, modulo 2^32, is far from the next one
 constexpr double kMinShare = 0.25;  // of the collapses that claim, made at the same time; if there are fewer, one after the other
 constexpr std::size_t kGrain = 1024;
-constexpr double kTightShare = 0.25;  // share of the allowed distance: larger bounds of a whole triangle are improved by projection,
-constexpr double kLooseness = 1.25;   // ... unless they are below this multiple of a distance that was found
+constexpr double kTightShare = 0.25;        // share of the allowed distance: larger bounds of a whole triangle are improved by projection,
+constexpr double kLooseness = 1.25;         // ... unless they are below this multiple of a distance that was found
+constexpr double kObliqueLooseness = 1.02;  // ... of bounds by oblique projections: parts of the triangle may have smaller ones
 
 /// Sum over planes of area times squared distance: a quadratic form of (x, y, z, 1), the upper half of its matrix, row
 /// by row.
@@ -422,7 +423,11 @@ class PieceBound {
     if (isTight(smallest) || found_ > sufficient_bound_) return smallest;
     Vector3d outward = Vector3d::Zero();
     for (const Corner& c : piece) outward += field_.pseudonormal({.triangle = c.nearest, .feature = c.feature});
-    return std::min(smallest, boundByProjection(corners, outward, face));
+    const double before = found_;
+    const double oblique = boundByProjection(corners, outward, face);
+    const double known = cover_.farthest() ? std::max(found_, field_.distance(*cover_.farthest())) : found_;
+    found_ = known > sufficient_bound_ ? known : before;  // a larger one would let looser bounds of pieces pass
+    return oblique <= kObliqueLooseness * std::max(floor_, known) ? std::min(smallest, oblique) : smallest;
   }
 
   /// From the triangles that are nearest to the corners and to the centroid: they may lie beside the piece.
