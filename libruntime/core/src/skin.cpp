@@ -22,8 +22,6 @@ constexpr double kOctahedral = 32767;  // largest coordinate
 
 bool inRange(float value, float low, float high) { return value >= low && value <= high; }
 
-float signOf(float x) { return x < 0 ? -1.0f : 1.0f; }
-
 // The hull of a quadratic side is that of its corners and its Bezier control point. This is the control point of the
 // side with the middle `m`.
 Vector4f controlPoint(const Vector4f& a, const Vector4f& b, const Vector4f& m) { return 2.0f * m - 0.5f * (a + b); }
@@ -84,7 +82,6 @@ class PatchCheck {
     for (const SkinVertex& v : skin.vertices) pad(positionOf(skin, v.position), corners_.emplace_back());
     bends_.reserve(skin.edges.size());
     for (const SkinEdge& e : skin.edges) pad(2 * offsetOf(skin, e), bends_.emplace_back());
-    Vector4f size = Vector4f::Zero();
     nodes_.reserve(skin.triangles.size());
     for (const SkinTriangle& triangle : skin.triangles) {
       const Vector4f &a = corners_[triangle.vertex[0]], &b = corners_[triangle.vertex[1]], &c = corners_[triangle.vertex[2]];
@@ -92,11 +89,15 @@ class PatchCheck {
       first.col(0) = a, first.col(1) = b, first.col(2) = c, first.col(3) = 0.5f * (a + b) + bends_[triangle.edge[0]];
       second.col(0) = 0.5f * (b + c) + bends_[triangle.edge[1]], second.col(1) = 0.5f * (c + a) + bends_[triangle.edge[2]];
       second.col(2) = second.col(3) = a;
-      for (int k = 0; k < 4; ++k) size = size.cwiseMax(first.col(k).cwiseAbs()).cwiseMax(second.col(k).cwiseAbs());
       first.transposeInPlace(), second.transposeInPlace();
       nodes_.push_back({first, second});
     }
-    doubt_ = 4 * std::numeric_limits<float>::epsilon() * size.maxCoeff();
+    const auto largest = [](const std::vector<Vector4f>& all) {
+      Vector4f size = Vector4f::Zero();
+      for (const Vector4f& v : all) size = size.cwiseMax(v.cwiseAbs());
+      return size.maxCoeff();
+    };
+    doubt_ = 4 * std::numeric_limits<float>::epsilon() * (largest(corners_) + largest(bends_));
   }
 
   // In float if the result is certain: a control point has a relative error of at most 2^-23 of its coordinates; a
@@ -171,7 +172,7 @@ Vector3f unpackNormal(const PackedNormal& packed) {
   const auto scale = static_cast<float>(1 / kOctahedral);
   const float x = static_cast<float>(packed[0]) * scale, y = static_cast<float>(packed[1]) * scale, z = 1 - std::abs(x) - std::abs(y),
               fold = std::max(-z, 0.0f);
-  const Vector3f n(x - signOf(x) * fold, y - signOf(y) * fold, z);
+  const Vector3f n(x - std::copysign(fold, x), y - std::copysign(fold, y), z);
   return n / lengthOf(n);
 }
 

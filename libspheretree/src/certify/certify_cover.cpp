@@ -30,17 +30,25 @@ Vector3d farthestCorner(const Piece& piece, const Vector3d& c) {
                            [&](const Vector3d& a, const Vector3d& b) { return (a - c).squaredNorm() < (b - c).squaredNorm(); });
 }
 
+// A corner of a power cell that is outside the ball of the cell.
+struct Hole {
+  Vector3d at;
+  std::uint32_t slot;
+};
+
 // Splits one triangle until balls cover each piece or the caller accepts it. As soon as few balls touch a piece, it is
-// cut into their power cells, which shows whether they cover it together. A piece with a gap is only halved from there
-// on, since most of its parts have a gap as well.
+// cut into their power cells, which shows whether they cover it together, and how far they would have to grow. A piece
+// with a gap that the caller does not close is only halved from there on, since most of its parts have a gap as well.
 class Splitter {
  public:
   explicit Splitter(const BallIndex& index) : index_(index), cells_(index) {}
 
-  // Calls held(number of parts, each in one ball) for a piece that balls cover, and open(piece, its longest side, slots
-  // of the balls nearby) for any other: the result is true if the piece is finished, false if it has to be split.
-  template <class Held, class Open>
-  void run(const Piece& triangle, Held held, Open open) {
+  // Calls held(number of parts, each in one ball) for a piece that balls cover. For one that was cut into cells and has
+  // a gap, calls close(holes): the result is true if the balls of the cells will grow to contain the holes, and with
+  // them the piece. For any other, calls open(piece, its longest side, slots of the balls nearby): the result is true
+  // if the piece is finished, false if it has to be split.
+  template <class Held, class Close, class Open>
+  void run(const Piece& triangle, Held held, Close close, Open open) {
     if (isCoveredAsBefore(triangle)) {  // consecutive triangles are often neighbours
       held(held_by_.size());
       return;
@@ -77,10 +85,14 @@ class Splitter {
       }
       const std::span<const std::uint32_t> near = std::span<const std::uint32_t>(near_).subspan(begin);
       const bool is_cut = !frame.is_cut && near.size() <= kFewBalls;
-      if (is_cut && near.size() > 1 && cells_.suffice(frame.piece.corner, near)) {
-        held_by_.assign(cells_.heldBy().begin(), cells_.heldBy().end());
-        held(held_by_.size());
-        continue;
+      if (is_cut && near.size() > 1) {
+        holes_.clear();
+        if (cells_.suffice(frame.piece.corner, near, [&](const Vector3d& p, std::uint32_t slot) { holes_.push_back({p, slot}); })) {
+          held_by_.assign(cells_.heldBy().begin(), cells_.heldBy().end());
+          held(held_by_.size());
+          continue;
+        }
+        if (!holes_.empty() && close(holes_)) continue;
       }
       const std::size_t k = longestSide(frame.piece);
       if (open(frame.piece, std::sqrt(side2(frame.piece, k)), near)) continue;
@@ -95,13 +107,14 @@ class Splitter {
     std::size_t near_begin, near_end;  // range of its candidates in the stack near_
     bool is_cut;                       // whether it is part of a piece that was cut into power cells and has a gap
   };
-  bool isCoveredAsBefore(const Piece& piece) { return !held_by_.empty() && cells_.suffice(piece.corner, held_by_); }
+  bool isCoveredAsBefore(const Piece& piece) { return cells_.suffice(piece.corner, held_by_); }
 
   const BallIndex& index_;
   PowerCells cells_;
   std::vector<std::uint32_t> held_by_;  // the balls that cover the last piece
   std::vector<Frame> frames_;
   std::vector<std::uint32_t> near_;
+  std::vector<Hole> holes_;
 };
 
 // The ball that needs the smallest growth to contain a piece, among those near it, or among all if none is near. Ties
@@ -153,7 +166,7 @@ std::vector<Ball> storedBalls(std::span<const Ball> balls, const Vector3d& origi
   return stored;
 }
 
-// The growths that cover the pieces of some triangles.
+// The growths that cover the pieces of some triangles, at last one for each ball that grows.
 struct ChunkCover {
   std::vector<Growth> growth;
   std::size_t pieces = 0;
@@ -168,9 +181,23 @@ ChunkCover coverChunk(const TriangleMesh& mesh, std::size_t first, std::size_t l
   Splitter splitter(index);
   ChunkCover out;
   double deepest = 0;  // deepest gap found in this chunk
+  const auto isSmall = [&](double growth) { return growth <= (1 + kRelative) * deepest + resolution; };
   for (std::size_t t = first; t < last; ++t)
     splitter.run(
         pieceOf(mesh, t, origin), [&](std::size_t parts) { out.pieces += parts; },
+        [&](const std::vector<Hole>& holes) {
+          const std::size_t before = out.growth.size();
+          for (const auto& [at, slot] : holes) {
+            const double need = (at - index.balls[slot].centre).norm(), more = need - index.balls[slot].radius;
+            const double gap = gapAt(index, at, more);
+            deepest = std::max(deepest, gap);
+            out.growth.push_back({slot, need + margin, more});
+            if (more <= gap + resolution) continue;
+            out.growth.resize(before);
+            return false;
+          }
+          return ++out.pieces, true;
+        },
         [&](const Piece& piece, double side, std::span<const std::uint32_t> near) {
           const bool coarse = side > fine;
           if (coarse && near.size() != 1) return false;
@@ -178,15 +205,21 @@ ChunkCover coverChunk(const TriangleMesh& mesh, std::size_t first, std::size_t l
           // If only one ball is near, and no other is nearer to the farthest corner, that ball has to grow this far,
           // whether the piece is split or not.
           if (coarse && gapAt(index, farthestCorner(piece, index.balls[growth.slot].centre), growth.more) < growth.more) return false;
-          if (!coarse && growth.more > (1 + kRelative) * deepest + resolution) {
+          if (!coarse && !isSmall(growth.more)) {
             deepest = std::max(deepest, gapAt(index, centroidOf(piece), growth.more));
-            if (growth.more > (1 + kRelative) * deepest + resolution) return false;
+            if (!isSmall(growth.more)) return false;
           }
           growth.need += margin;
           out.growth.push_back(growth);
           ++out.pieces;
           return true;
         });
+  std::sort(out.growth.begin(), out.growth.end(),
+            [](const Growth& a, const Growth& b) { return a.slot < b.slot || (a.slot == b.slot && a.need > b.need); });
+  const auto last_kept =
+      std::unique(out.growth.begin(), out.growth.end(), [](const Growth& a, const Growth& b) { return a.slot == b.slot; });
+  out.growth.erase(last_kept, out.growth.end());
+  out.growth.shrink_to_fit();
   return out;
 }
 
@@ -308,7 +341,7 @@ std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const st
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
     progress.check();
     PowerCells cells(index);
-    std::vector<std::uint32_t> slots;
+    std::vector<std::uint32_t> slots, held_before;
     std::vector<CoverGap>& found = parts[chunk];
     for (std::size_t i = chunk * kTrianglesAChunk; i < std::min(triangles.size(), (chunk + 1) * kTrianglesAChunk); ++i) {
       const std::size_t first = found.size();
@@ -317,15 +350,21 @@ std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const st
         slots.clear();
         for (const std::uint32_t ball : held_by[triangles[i]])
           if (ball < slot_of.size()) slots.push_back(slot_of[ball]);
-        if (!slots.empty() && cells.suffice(triangle.corner, slots)) continue;
+        if (cells.suffice(triangle.corner, slots)) {
+          held_before = slots;
+          continue;
+        }
       }
-      const bool is_held = cells.holes(triangle.corner, [&](const Vector3d& p, std::uint32_t slot) {
-        for (std::size_t k = first; k < found.size(); ++k)
-          if ((p - found[k].point).norm() <= kSame * found[k].gap) return;
-        const double limit = slot == PowerCells::kNone ? std::numeric_limits<double>::infinity()
-                                                       : (p - index.balls[slot].centre).norm() - index.balls[slot].radius;
-        found.push_back({p, tolerance + gapAt(index, p, limit), triangles[i]});
-      });
+      // Consecutive triangles are often neighbours: the balls of the last one mostly suffice, too.
+      const bool is_held =
+          cells.suffice(triangle.corner, held_before) || cells.holes(triangle.corner, [&](const Vector3d& p, std::uint32_t slot) {
+            for (std::size_t k = first; k < found.size(); ++k)
+              if ((p - found[k].point).norm() <= kSame * found[k].gap) return;
+            const double limit = slot == PowerCells::kNone ? std::numeric_limits<double>::infinity()
+                                                           : (p - index.balls[slot].centre).norm() - index.balls[slot].radius;
+            found.push_back({p, tolerance + gapAt(index, p, limit), triangles[i]});
+          });
+      if (is_held) held_before.assign(cells.heldBy().begin(), cells.heldBy().end());
       if (held_by.empty()) continue;
       HeldBy& now = held_by[triangles[i]];
       now.fill(kNoBall);

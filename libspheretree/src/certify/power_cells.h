@@ -62,18 +62,24 @@ class PowerCells {
   /// The balls whose cells the triangle of the last call consists of, if it is covered.
   std::span<const std::uint32_t> heldBy() const { return held_by_; }
 
-  /// Whether the balls of these slots (at least one) cover the triangle.
-  bool suffice(const std::array<Eigen::Vector3d, 3>& triangle, std::span<const std::uint32_t> slots) {
-    if (slots.size() == 1) return holds(slots[0], triangle);
+  /// Whether the balls of these slots cover the triangle. If not, calls hole(point, slot of the ball of its cell) for
+  /// every corner of a cell that is outside the ball of the cell; for none if there are no slots.
+  template <class Hole>
+  bool suffice(const std::array<Eigen::Vector3d, 3>& triangle, std::span<const std::uint32_t> slots, Hole hole) {
+    if (slots.empty()) return false;
     corners_.assign(triangle.begin(), triangle.end());
     near_.assign(slots.begin(), slots.end());
     const Eigen::Vector3d middle = (triangle[0] + triangle[1] + triangle[2]) / 3;
     const auto first = std::ranges::min_element(slots, {}, [&](std::uint32_t slot) { return power(slot, middle); });
     covered_ = true;
     held_by_.clear();
-    const auto ignore = [](const Eigen::Vector3d&, std::uint32_t) {};
-    part(0, 0, *first, ignore);
+    part(0, 0, *first, hole);
     return covered_;
+  }
+  bool suffice(const std::array<Eigen::Vector3d, 3>& triangle, std::span<const std::uint32_t> slots) {
+    if (slots.size() != 1) return suffice(triangle, slots, [](const Eigen::Vector3d&, std::uint32_t) {});
+    held_by_.assign(1, slots[0]);
+    return holds(slots[0], triangle);
   }
 
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();

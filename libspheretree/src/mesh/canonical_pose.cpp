@@ -8,6 +8,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -26,6 +27,16 @@ constexpr double kSignificant = 1e-3;  // a skewness, or a share of aligned norm
 constexpr double kTie = 1e-6;
 constexpr std::size_t kMaxFaces = 64;  // number of largest faces whose normals are tried as an axis
 constexpr double kGrid = 0x1p-25;
+constexpr std::size_t kFirst = 1024;  // positions that are compared before all are put in order
+
+std::vector<Vector3d> positionsInPose(const TriangleMesh& mesh, const Pose& pose) {
+  std::vector<Vector3d> positions(mesh.positions.size());
+  forEachIndex(positions.size(), [&](std::size_t v) {
+    const Vector3d q = pose.turn.transpose() * (mesh.positions[v] - pose.centre) / (kGrid * pose.scale);
+    positions[v] = kGrid * (q.array().round() + 0.0).matrix();
+  });
+  return positions;
+}
 
 // Twice the area, in the direction of the normal.
 Vector3d areaVector(const TriangleMesh& mesh, std::size_t t) {
@@ -135,19 +146,43 @@ Matrix3d axesAbout(const Vector3d& axis, const TriangleMesh& mesh) {
   return axes;
 }
 
+bool isLess(const Vector3d& p, const Vector3d& q) { return std::tie(p.x(), p.y(), p.z()) < std::tie(q.x(), q.y(), q.z()); }
+
+// The first positions of a mesh in the order of their coordinates.
+std::vector<Vector3d> firstPositions(const TriangleMesh& mesh, const Pose& pose) {
+  std::vector<Vector3d> positions = positionsInPose(mesh, pose);
+  const auto end = positions.begin() + static_cast<std::ptrdiff_t>(std::min(kFirst, positions.size()));
+  std::partial_sort(positions.begin(), end, positions.end(), isLess);
+  positions.erase(end, positions.end());
+  return positions;
+}
+
+// Whether a mesh in its canonical order comes before another in the order of coordinates.
+bool comesFirst(const TriangleMesh& mesh, const TriangleMesh& other) {
+  const auto [at, other_at] = std::mismatch(mesh.positions.begin(), mesh.positions.end(), other.positions.begin());
+  return at == mesh.positions.end() ? mesh.triangles < other.triangles : isLess(*at, *other_at);
+}
+
 // Of the rotations that map a symmetric object to itself, the one for which its triangles come first in the order of
-// their coordinates. If two rotations give the same triangles, either may be chosen.
+// their coordinates. If two rotations give the same triangles, either may be chosen. Most often, the first positions
+// differ already.
 Pose firstOf(const std::vector<Matrix3d>& turns, const TriangleMesh& mesh, Pose pose) {
   pose.turn = turns[0];
   if (turns.size() == 1) return pose;
-  const auto less = [](const Vector3d& p, const Vector3d& q) { return std::tie(p.x(), p.y(), p.z()) < std::tie(q.x(), q.y(), q.z()); };
+  const auto ordered = [&](const Pose& of) { return inCanonicalOrder(inPose(mesh, of)).mesh; };
+  std::vector<Vector3d> first = firstPositions(mesh, pose);
+  std::optional<TriangleMesh> whole;  // in `pose`, if it had to be put in order
   Pose trial = pose;
-  TriangleMesh first = inCanonicalOrder(inPose(mesh, pose)).mesh;
   for (std::size_t i = 1; i < turns.size(); ++i) {
     trial.turn = turns[i];
-    TriangleMesh other = inCanonicalOrder(inPose(mesh, trial)).mesh;
-    const auto [at, other_at] = std::mismatch(first.positions.begin(), first.positions.end(), other.positions.begin());
-    if (at == first.positions.end() ? other.triangles < first.triangles : less(*other_at, *at)) pose = trial, first = std::move(other);
+    std::vector<Vector3d> other = firstPositions(mesh, trial);
+    if (const auto [at, other_at] = std::mismatch(first.begin(), first.end(), other.begin()); at != first.end()) {
+      if (isLess(*other_at, *at)) pose = trial, first = std::move(other), whole.reset();
+      continue;
+    }
+    if (!whole) whole = ordered(pose);
+    TriangleMesh whole_other = ordered(trial);
+    if (comesFirst(whole_other, *whole)) pose = trial, whole = std::move(whole_other);
   }
   return pose;
 }
@@ -196,11 +231,7 @@ Pose canonicalPose(const TriangleMesh& mesh) {
 TriangleMesh inPose(const TriangleMesh& mesh, const Pose& pose) {
   TriangleMesh out;
   out.triangles = mesh.triangles;
-  out.positions.resize(mesh.positions.size());
-  forEachIndex(out.positions.size(), [&](std::size_t v) {
-    const Vector3d q = pose.turn.transpose() * (mesh.positions[v] - pose.centre) / (kGrid * pose.scale);
-    out.positions[v] = kGrid * (q.array().round() + 0.0).matrix();
-  });
+  out.positions = positionsInPose(mesh, pose);
   return out;
 }
 

@@ -16,13 +16,19 @@ using Eigen::Vector3d;
 constexpr double kMargin = 1e-13;
 constexpr double kMaxSlack = 0.01;  // largest share of the allowed distance that the margin may add
 
-/// A triangle that lies in the plane z = 0 of its own frame, within margins of its sides.
+/// A triangle that lies in the plane z = 0 of its own frame, within margins of its sides. The frame is oblique: its
+/// third axis is the direction of the projection, and z is the height over the plane.
 class Flattened {
  public:
-  Flattened(const std::array<Vector3d, 3>& triangle, double margin) : origin_(triangle[0]), margin_(margin) {
+  Flattened(const std::array<Vector3d, 3>& triangle, const Vector3d& along, double rounding) : origin_(triangle[0]) {
     x_ = (triangle[1] - triangle[0]).normalized();
     z_ = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).normalized();
     y_ = z_.cross(x_);
+    const double rise = z_.dot(along);
+    stretch_ = along.norm() / std::abs(rise);
+    u_ = x_ - x_.dot(along) / rise * z_;
+    v_ = y_ - y_.dot(along) / rise * z_;
+    const double margin = margin_ = rounding * stretch_;
     for (std::size_t k = 0; k < 3; ++k) corner_[k] = inFrame(triangle[k]).head<2>();
     double perimeter = 0, smallest = 1;  // sine of the smallest angle
     for (std::size_t k = 0; k < 3; ++k) {
@@ -41,9 +47,11 @@ class Flattened {
 
   bool isSound() const { return is_sound_; }
   double area() const { return area_; }
+  /// A point over the plane is as far from its projection as this multiple of its height.
+  double stretch() const { return stretch_; }
   /// No point of the triangle is farther from the part within the margins.
   double slack() const { return slack_; }
-  Vector3d inFrame(const Vector3d& p) const { return {x_.dot(p - origin_), y_.dot(p - origin_), z_.dot(p - origin_)}; }
+  Vector3d inFrame(const Vector3d& p) const { return {u_.dot(p - origin_), v_.dot(p - origin_), z_.dot(p - origin_)}; }
   Vector3d ofPlane(const Vector3d& in_frame) const { return origin_ + in_frame.x() * x_ + in_frame.y() * y_; }
   /// Distance beyond side k of the part within the margins.
   double beyond(std::size_t k, const Vector3d& in_frame) const { return normal_[k].dot(in_frame.head<2>()) - inside_[k]; }
@@ -64,9 +72,10 @@ class Flattened {
 
  private:
   Vector3d origin_, x_, y_, z_;
+  Vector3d u_, v_;  // their products with a place are the coordinates of its projection
   std::array<Eigen::Vector2d, 3> corner_, normal_;
   std::array<double, 3> inside_{};
-  double margin_, area_ = 0, slack_ = 0;
+  double margin_ = 0, stretch_ = 1, area_ = 0, slack_ = 0;
   bool is_sound_ = false;
 };
 
@@ -114,11 +123,12 @@ class Polygon {
 
 }  // namespace
 
-double ProjectedCover::distance(const std::array<Vector3d, 3>& triangle, std::uint32_t start, double floor, double allowed) {
+double ProjectedCover::distance(const std::array<Vector3d, 3>& triangle, const Vector3d& along, std::uint32_t start, double floor,
+                                double allowed) {
   farthest_.reset();
   double size = field_.diagonal();
   for (std::size_t k = 1; k < 3; ++k) size = std::max(size, (triangle[k] - triangle[0]).norm());
-  const Flattened whole(triangle, kMargin * size);
+  const Flattened whole(triangle, along, kMargin * size);
   if (!whole.isSound() || whole.slack() > kMaxSlack * allowed) return kInfinity;
   allowed -= whole.slack();
   double farthest = 0, area = 0;
@@ -148,8 +158,9 @@ double ProjectedCover::distance(const std::array<Vector3d, 3>& triangle, std::ui
       if (corner[0].beyond[k] > 0 || corner[1].beyond[k] > 0 || corner[2].beyond[k] > 0) over.clip(k);
     area += over.area();
     for (const Polygon::Corner& c : over) {
-      if (std::abs(c.p.z()) <= std::max(farthest, floor)) {
-        farthest = std::max(farthest, std::abs(c.p.z()));
+      const double most = std::abs(c.p.z()) * whole.stretch();
+      if (most <= std::max(farthest, floor)) {
+        farthest = std::max(farthest, most);
         continue;
       }
       const Vector3d at = whole.ofPlane(c.p);

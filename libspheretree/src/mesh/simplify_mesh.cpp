@@ -12,6 +12,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -35,8 +36,9 @@ constexpr double kRoundShare = 0.1;  // largest share of the possible collapses,
 constexpr std::uint32_t kScatter = 2654435769;  // a multiple of it, modulo 2^32, is far from the next one
 constexpr double kMinShare = 0.25;  // of the collapses that claim, made at the same time; if there are fewer, one after the other
 constexpr std::size_t kGrain = 1024;
-constexpr double kTightShare = 0.25;  // share of the allowed distance: larger bounds of a whole triangle are improved by projection,
-constexpr double kLooseness = 1.25;   // ... unless they are below this multiple of a distance that was found
+constexpr double kTightShare = 0.25;        // share of the allowed distance: larger bounds of a whole triangle are improved by projection,
+constexpr double kLooseness = 1.25;         // ... unless they are below this multiple of a distance that was found
+constexpr double kObliqueLooseness = 1.02;  // ... of bounds by oblique projections: parts of the triangle may have smaller ones
 
 /// Sum over planes of area times squared distance: a quadratic form of (x, y, z, 1), the upper half of its matrix, row
 /// by row.
@@ -67,7 +69,10 @@ double errorAt(const Quadric& q, const Vector3d& p) {
 class MeshSimplifier::Collapses {
  public:
   Collapses(const TriangleMesh& mesh, Progress& progress)
-      : progress_(progress), edges_(mesh.triangles, mesh.positions.size()), vertex_(mesh.positions.size()), left_(mesh.triangles.size()) {
+      : progress_(progress),
+        edges_(std::in_place, mesh.triangles, mesh.positions.size()),
+        vertex_(mesh.positions.size()),
+        left_(mesh.triangles.size()) {
     std::iota(vertex_.begin(), vertex_.end(), 0u);
     // In a frame of size 1 relative to the middle: far from the origin, the constant terms of the quadrics would exceed
     // their error.
@@ -104,7 +109,7 @@ class MeshSimplifier::Collapses {
     max_cost_ = kInfinity;
     for (const std::uint32_t v : vertices) {
       best_[v] = cheapest(v);
-      if (!(best_[v].cost < kInfinity) || !edges_.canCollapse(best_[v].half_edge)) continue;
+      if (!(best_[v].cost < kInfinity) || !edges_->canCollapse(best_[v].half_edge)) continue;
       collapse(v);
       left_ -= 2;
     }
@@ -158,13 +163,13 @@ class MeshSimplifier::Collapses {
   }
 
   Collapse cheapest(std::uint32_t v) const {
-    if (edges_.isIsolated(v) || edges_.isBorder(v)) return Collapse();
+    if (edges_->isIsolated(v) || edges_->isBorder(v)) return Collapse();
     Star star;
     bool is_hub = false;
-    edges_.visitFrom(v, [&](std::uint32_t h) {
+    edges_->visitFrom(v, [&](std::uint32_t h) {
       if (is_hub || (is_hub = star.count == kMaxNeighbours)) return;
       star.half_edge[star.count] = h;
-      star.neighbour[star.count++] = edges_.to(h);
+      star.neighbour[star.count++] = edges_->to(h);
     });
     if (is_hub) return Collapse();
     const Vector3d p = points_[v];
@@ -197,7 +202,7 @@ class MeshSimplifier::Collapses {
 
   /// The cheapest of the possible collapses, in their order.
   std::vector<Candidate> candidates() {
-    std::erase_if(left_vertices_, [&](std::uint32_t v) { return edges_.isIsolated(v); });
+    std::erase_if(left_vertices_, [&](std::uint32_t v) { return edges_->isIsolated(v); });
     each(left_vertices_.size(), [&](std::size_t i) {
       const std::uint32_t v = left_vertices_[i];
       if (needs_update_[v]) best_[v] = cheapest(v), needs_update_[v] = 0;
@@ -215,8 +220,8 @@ class MeshSimplifier::Collapses {
 
   /// Makes the best collapse of `v`; returns its end.
   std::uint32_t collapse(std::uint32_t v) {
-    const std::uint32_t end = edges_.to(best_[v].half_edge);
-    edges_.collapse(best_[v].half_edge);
+    const std::uint32_t end = edges_->to(best_[v].half_edge);
+    edges_->collapse(best_[v].half_edge);
     quadrics_[end] += quadrics_[v];
     return end;
   }
@@ -224,7 +229,7 @@ class MeshSimplifier::Collapses {
   template <class Visit>
   void visitAround(std::uint32_t v, Visit&& visit) const {
     visit(v);
-    edges_.visitFrom(v, [&](std::uint32_t h) { visit(edges_.to(h)); });
+    edges_->visitFrom(v, [&](std::uint32_t h) { visit(edges_->to(h)); });
   }
 
   void outdateAround(std::uint32_t end) {
@@ -256,7 +261,7 @@ class MeshSimplifier::Collapses {
         bool is_first = true;
         visitAround(open[i].vertex, [&](std::uint32_t v) { is_first = is_first && claim_[v] == claimOf(i); });
         Collapse& best = best_[open[i].vertex];
-        if (is_first && !edges_.canCollapse(best.half_edge)) best.cost = kInfinity;  // until its surroundings change
+        if (is_first && !edges_->canCollapse(best.half_edge)) best.cost = kInfinity;  // until its surroundings change
         wins[i] = is_first && best.cost < kInfinity;
       });
       std::vector<std::uint32_t> made, ends;
@@ -267,14 +272,14 @@ class MeshSimplifier::Collapses {
       each(ends.size(), [&](std::size_t i) { outdateAround(ends[i]); });
       const bool is_slow = static_cast<double>(made.size()) < kMinShare * static_cast<double>(open.size());
       std::erase_if(open, [&](const Candidate& c) {
-        return edges_.isIsolated(c.vertex) || needs_update_[c.vertex] || best_[c.vertex].cost == kInfinity;
+        return edges_->isIsolated(c.vertex) || needs_update_[c.vertex] || best_[c.vertex].cost == kInfinity;
       });
       if (is_slow) break;
     }
     for (std::size_t i = 0; i < open.size() && removed < limit; ++i) {
       const std::uint32_t v = open[i].vertex;
       if (needs_update_[v]) continue;
-      if (!edges_.canCollapse(best_[v].half_edge)) {
+      if (!edges_->canCollapse(best_[v].half_edge)) {
         best_[v].cost = kInfinity;
         continue;
       }
@@ -290,15 +295,15 @@ class MeshSimplifier::Collapses {
     std::vector<std::uint32_t> place(points_.size());
     std::uint32_t count = 0;
     for (std::uint32_t v = 0; v < points_.size(); ++v) {
-      if (edges_.isIsolated(v)) continue;
+      if (edges_->isIsolated(v)) continue;
       place[v] = count;
       vertex_[count] = vertex_[v], points_[count] = points_[v], quadrics_[count] = quadrics_[v];
       ++count;
     }
-    std::vector<Triangle> triangles = edges_.triangles();
+    std::vector<Triangle> triangles = edges_->triangles();
     for (Triangle& t : triangles)
       for (std::uint32_t& v : t) v = place[v];
-    edges_ = HalfEdges(triangles, count);
+    edges_.emplace(triangles, count);
     vertex_.resize(count), points_.resize(count), quadrics_.resize(count);
     vertex_.shrink_to_fit(), points_.shrink_to_fit(), quadrics_.shrink_to_fit();
     begin();
@@ -316,7 +321,7 @@ class MeshSimplifier::Collapses {
   }
 
   Progress& progress_;
-  HalfEdges edges_;
+  std::optional<HalfEdges> edges_;     // begun anew by emplace(): OpenMesh copies where others move, and keeps the memory
   std::vector<std::uint32_t> vertex_;  // (vertices) index in the mesh
   std::vector<Vector3d> points_;
   std::vector<Quadric> quadrics_;
@@ -339,11 +344,12 @@ struct Corner {
   Vector3d p;
   double distance;
   std::uint32_t nearest;  // triangle of the field
+  std::uint8_t feature;   // of the triangle
 };
 
 Corner cornerAt(const DistanceField& field, const Vector3d& p) {
   const NearestPoint nearest = field.nearest(p);
-  return {p, nearest.distance, nearest.triangle};
+  return {p, nearest.distance, nearest.triangle, nearest.feature};
 }
 
 /// For one thread.
@@ -402,20 +408,36 @@ class PieceBound {
     for (std::size_t k = 0; k < 3; ++k)
       smallest = std::min(smallest, piece[k].distance + std::sqrt(std::max(side2(piece, (k + 1) % 3), side2(piece, (k + 2) % 3))));
     const std::array<Vector3d, 3> corners{piece[0].p, piece[1].p, piece[2].p};
-    if (is_whole && !isTight(smallest)) smallest = std::min(smallest, boundByProjection(corners, face));
+    if (is_whole && !isTight(smallest)) smallest = std::min(smallest, boundByProjections(piece));
     if (!isTight(smallest)) smallest = std::min(smallest, boundByFaces(corners, face));
-    if (!is_whole && smallest > std::max(tight_, found_)) smallest = std::min(smallest, boundByProjection(corners, face));
+    if (!is_whole && smallest > std::max(tight_, found_)) smallest = std::min(smallest, boundByProjections(piece));
     return found_ > sufficient_bound_ ? kInfinity : smallest;
   }
 
+  /// Along the normal of the piece; if that is of no use, along the mean normal of the surface at the corners. Beside a
+  /// crease, what lies over the piece along its own normal includes the wall beyond the crease.
+  double boundByProjections(const std::array<Corner, 3>& piece) {
+    const std::array<Vector3d, 3> corners{piece[0].p, piece[1].p, piece[2].p};
+    const std::array<std::uint32_t, 3> face{piece[0].nearest, piece[1].nearest, piece[2].nearest};
+    const double smallest = boundByProjection(corners, (corners[1] - corners[0]).cross(corners[2] - corners[0]), face);
+    if (isTight(smallest) || found_ > sufficient_bound_) return smallest;
+    Vector3d outward = Vector3d::Zero();
+    for (const Corner& c : piece) outward += field_.pseudonormal({.triangle = c.nearest, .feature = c.feature});
+    const double before = found_;
+    const double oblique = boundByProjection(corners, outward, face);
+    const double known = cover_.farthest() ? std::max(found_, field_.distance(*cover_.farthest())) : found_;
+    found_ = known > sufficient_bound_ ? known : before;  // a larger one would let looser bounds of pieces pass
+    return oblique <= kObliqueLooseness * std::max(floor_, known) ? std::min(smallest, oblique) : smallest;
+  }
+
   /// From the triangles that are nearest to the corners and to the centroid: they may lie beside the piece.
-  double boundByProjection(const std::array<Vector3d, 3>& corners, const std::array<std::uint32_t, 3>& face) {
+  double boundByProjection(const std::array<Vector3d, 3>& corners, const Vector3d& along, const std::array<std::uint32_t, 3>& face) {
     const std::uint32_t searches = cover_.searches();
     double smallest = kInfinity;
     for (std::size_t i = 0; i < 4 && !isTight(smallest) && found_ <= sufficient_bound_; ++i) {
       const std::uint32_t start = i < 3 ? face[i] : field_.nearest((corners[0] + corners[1] + corners[2]) / 3).triangle;
       if (cover_.hasMet(start, searches)) continue;
-      smallest = std::min(smallest, cover_.distance(corners, start, floor_, allowed_));
+      smallest = std::min(smallest, cover_.distance(corners, along, start, floor_, allowed_));
       if (!isTight(smallest) && cover_.farthest()) found_ = std::max(found_, field_.distance(*cover_.farthest()));
     }
     return smallest;

@@ -18,9 +18,14 @@ namespace {
 using Eigen::Vector3d;
 using Corners = std::array<Vector3d, 3>;
 
+Vector3d normalOf(const Corners& triangle) { return (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]); }
+
 /// As the bound of a simplification takes it: from the triangle that is nearest to the middle.
+double coverDistance(const Corners& triangle, const Vector3d& along, const DistanceField& field, double allowed) {
+  return ProjectedCover(field).distance(triangle, along, field.nearest((triangle[0] + triangle[1] + triangle[2]) / 3).triangle, 0, allowed);
+}
 double coverDistance(const Corners& triangle, const DistanceField& field, double allowed) {
-  return ProjectedCover(field).distance(triangle, field.nearest((triangle[0] + triangle[1] + triangle[2]) / 3).triangle, 0, allowed);
+  return coverDistance(triangle, normalOf(triangle), field, allowed);
 }
 
 /// Squares of two triangles each, with corners at integers from 0 to `n`, at the given height.
@@ -97,30 +102,46 @@ TEST(ProjectedCover, RefusesWhatIsNotCovered) {
   const DistanceField grid(gridMesh(10, [](double, double) { return 0.0; }));
   EXPECT_EQ(coverDistance({Vector3d(5, 2, 0), Vector3d(15, 2, 0), Vector3d(5, 8, 0)}, grid, 0.1), kInfinity) << "beyond a border";
   EXPECT_EQ(coverDistance({Vector3d(1, 1, 0), Vector3d(3, 3, 0), Vector3d(2, 2, 0)}, grid, 0.1), kInfinity) << "without area";
-  EXPECT_EQ(ProjectedCover(grid).distance({Vector3d(5, 2, 0), Vector3d(6, 2, 0), Vector3d(5, 3, 0)}, 0, 0, 0.1), kInfinity)
-      << "from a triangle beside it";
+  const Corners small{Vector3d(5, 2, 0), Vector3d(6, 2, 0), Vector3d(5, 3, 0)};
+  EXPECT_EQ(ProjectedCover(grid).distance(small, normalOf(small), 0, 0, 0.1), kInfinity) << "from a triangle beside it";
+  for (const Vector3d& along : {Vector3d(1, 0, 0), Vector3d(1, 2, 1e-12), Vector3d(0, 0, 0)})
+    EXPECT_EQ(coverDistance(small, along, grid, 0.1), kInfinity) << "along its plane";
   const DistanceField slope(gridMesh(10, [](double x, double) { return 0.2 * x; }));
   EXPECT_EQ(coverDistance({Vector3d(0, 0, 0), Vector3d(10, 0, 0), Vector3d(0, 10, 0)}, slope, 1), kInfinity) << "too far up a slope";
 }
 
+// A triangle in the plane of a face, with a corner beyond a sharp edge: along its normal, all of the wall lies there.
+TEST(ProjectedCover, CoversWhatIsBeyondACreaseAlongAnObliqueDirection) {
+  const DistanceField box(test::boxMesh({0, 0, 0}, {1, 2, 3}));
+  const Corners triangle{Vector3d(0.2, 0.5, 3), Vector3d(1.01, 1, 3), Vector3d(0.2, 1.5, 3)};
+  EXPECT_EQ(coverDistance(triangle, box, 0.02), kInfinity);
+  EXPECT_NEAR(coverDistance(triangle, {1, 0, 1}, box, 0.02), 0.01, 1e-9);
+  EXPECT_NEAR(coverDistance(triangle, {-2, 0, -1}, box, 0.02), 0.01, 1e-9) << "its length and sign do not matter";
+  EXPECT_EQ(coverDistance(triangle, {-1, 0, 1}, box, 0.02), kInfinity) << "the wall lies over the triangle";
+}
+
 TEST(ProjectedCover, BoundsTheDistanceOfEachPoint) {
-  test::Random random(4);
+  test::Random random(4), directions(5);
   const DistanceField grid(gridMesh(20, [](double x, double y) { return 0.3 * std::sin(x) * std::cos(0.7 * y); }));
-  int covered = 0;
+  int covered = 0, covered_obliquely = 0;
   for (int round = 0; round < 50; ++round) {
     Corners triangle;
     for (Vector3d& p : triangle) p = random.inBox({2, 2, -0.2}, {18, 18, 0.2});
     const double bound = coverDistance(triangle, grid, 0.5);
+    const double oblique = coverDistance(triangle, directions.inBox({-0.5, -0.5, 1}, {0.5, 0.5, 1}), grid, 0.5);
     covered += bound < kInfinity;
+    covered_obliquely += oblique < kInfinity;
     double largest = 0;
     for (int i = 0; i < 1000; ++i) {
       const double u = random.unit(), v = random.unit() * (1 - u);
       largest = std::max(largest, grid.distance(triangle[0] + u * (triangle[1] - triangle[0]) + v * (triangle[2] - triangle[0])));
     }
     EXPECT_LE(largest, bound + 1e-9);
+    EXPECT_LE(largest, oblique + 1e-9);
     EXPECT_TRUE(bound == kInfinity || bound <= 1.25 * largest) << bound << ", " << largest;
   }
   EXPECT_GT(covered, 25);
+  EXPECT_GT(covered_obliquely, 15);
 }
 
 }  // namespace

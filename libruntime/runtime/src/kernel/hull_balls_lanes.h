@@ -78,15 +78,8 @@ struct HullAxis {
   }
 };
 
-[[gnu::noinline]] HullTouch coneAt(const HullParts& h, const Vector8& point) {
-  const HullAxis axis(h);
-  const Vector8 from = point - h.first;
-  const F8 z = dot(axis.unit, from);
-  const Vector8 beside = from - z * axis.unit;
-  return axis.at(z, squareRoot(dot(beside, beside)));
-}
-
-// The same for the segment from `a` to a + d: the distance is convex along it.
+// The ball of each cone that is nearest to the segment from `a` to a + d, or to the point `a` if d = 0: the distance is
+// convex along it.
 [[gnu::noinline]] HullTouch coneAt(const HullParts& h, const Vector8& a, const Vector8& d) {
   const F8 one = splat(1), half = splat(0.5f);
   const HullAxis axis(h);
@@ -210,7 +203,7 @@ inline I8 feltWay(const HullParts& h, const Patches& p) {
 
 // Of the three ways of a part, the first one is for a ball.
 [[gnu::noinline]] I8 touchBalls(const HullParts& h, const Vector8& centre, ToolBalls& balls) {
-  const HullTouch cone = coneAt(h, centre), slab = slabAt(h, centre);
+  const HullTouch cone = coneAt(h, centre, splat(0, 0, 0)), slab = slabAt(h, centre);
   const I8 is_ball = ~(h.is_cone | h.is_slab);
   moveTo(~is_ball, select(h.is_slab, slab.w1, cone.w1), select(h.is_slab, slab.w2, splat(0)), h, balls);
   return is_ball | (((I8)h.way == 0) & ((h.is_slab & slab.within) | (h.is_cone & cone.within)));
