@@ -315,8 +315,12 @@ TEST(HullRows, FeltRowsOfJoinedConesHaveNoStep) {
     double gap = 1;
     for (std::uint32_t row = rig.rows.guarded; row < rig.rows.rows.count; ++row)
       if (rig.isIn(row)) gap = std::min(gap, rig.gap(row));
-    if (k > 0) ASSERT_NEAR(gap, before, 2e-4) << "at " << x;
-    if (k == 100) EXPECT_NEAR(gap, 0.05 - kStep / 2, 5e-4);
+    if (k > 0) {
+      ASSERT_NEAR(gap, before, 2e-4) << "at " << x;
+    }
+    if (k == 100) {
+      EXPECT_NEAR(gap, 0.05 - kStep / 2, 5e-4);
+    }
     before = gap;
   }
 }

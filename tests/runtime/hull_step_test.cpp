@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
 #include "spheretree/runtime/step.h"
 #include "support/rig.h"
 #include "support/sample_hulls.h"
+#include "support/triangle_distance.h"
 
 namespace spheretree::runtime {
 namespace {
@@ -165,6 +167,54 @@ TEST(HullStep, NothingPassesThrough) {
         }
       }
     }
+    EXPECT_LT(deepest, 0.012) << "hulls of " << hulls.parts.size() << " parts";
+  }
+}
+
+// The same of an object with ridges, hollows and saddles, whose hollow sides and corners have no rows.
+TEST(HullStep, NothingPassesThroughASurfaceWithHollows) {
+  const Skin skin = test::facetedSkin(2);
+  std::vector<Eigen::Matrix3d> corners, weights;
+  for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
+    const auto at = patchOf(skin, t).position;
+    corners.emplace_back();
+    for (int k = 0; k < 3; ++k) corners.back().col(k) = at[static_cast<std::size_t>(k)].cast<double>();
+    weights.push_back(corners.back().inverse());
+  }
+  const auto distance = [&](const Vector3d& p) {
+    double least = std::numeric_limits<double>::infinity();
+    bool is_inside = false;  // seen whole from the origin
+    for (std::size_t t = 0; t < corners.size(); ++t) {
+      least = std::min(least, test::distanceToTriangle(p, {corners[t].col(0), corners[t].col(1), corners[t].col(2)}));
+      const Vector3d w = weights[t] * p;
+      is_inside = is_inside || (w.minCoeff() >= 0 && w.sum() <= 1);
+    }
+    return is_inside ? -least : least;
+  };
+  for (const Hulls& hulls : {test::rodHulls({0, 0, 0}, 0.1, {0, 0, 6}, 0.5, 4), test::discHulls(2, 0.3, 12)}) {
+    Rig rig(test::toolOf(hulls), withSkin(test::oneBallTree(6.5), skin));
+    Random random(6);
+    double deepest = 0;
+    int touched = 0;
+    for (int run = 0; run < 20; ++run) {
+      Configuration hand{12 * random.direction(), test::randomRotation(random)};
+      resetTo(hand, *rig.workspace);
+      for (int k = 0; k < 60; ++k) {
+        hand.position += random.inCube(0.7) - 0.08 * hand.position;
+        hand.orientation = (turned(random.between(0, 0.1), random.direction()) * hand.orientation).normalized();
+        const StepResult r = rig.to(hand);
+        if (r.active == 0) continue;
+        ++touched;
+        for (const HullPart& part : hulls.parts)
+          for (int i = 0; i <= 4; ++i) {
+            const double w = i / 4.0;
+            const Sphere &a = hulls.balls[part[0]], &b = hulls.balls[part[1] == kNoHullBall ? part[0] : part[1]];
+            const Vector3d c = r.graphic.position + r.graphic.orientation * ((1 - w) * centreOf(a) + w * centreOf(b));
+            deepest = std::max(deepest, (1 - w) * double{a.radius} + w * double{b.radius} - distance(c));
+          }
+      }
+    }
+    EXPECT_GT(touched, 300);
     EXPECT_LT(deepest, 0.012) << "hulls of " << hulls.parts.size() << " parts";
   }
 }
