@@ -50,7 +50,7 @@ class Object:
         listed = self.folder / "leaves.csv"
         output(self.spheretree, "convert", tree, listed)
         with listed.open(encoding="utf-8") as file:
-            return [{key: float(value) for key, value in leaf.items()} for leaf in csv.DictReader(file)]
+            return [{key.removesuffix("_mm"): float(value) for key, value in leaf.items()} for leaf in csv.DictReader(file)]
 
     def states(self, count, samples):
         return json.loads(output(self.spheretree, "evaluate", self.path, self.soft, *self.parts, "--states", count, "--samples", samples, "--json"))

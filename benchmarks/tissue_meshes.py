@@ -39,7 +39,7 @@ def reason(result):
 def box_of(path):
     """Of the leaves, as `convert` lists them: lower and upper corner."""
     with path.open(encoding="utf-8") as file:
-        leaves = [{key: float(value) for key, value in leaf.items()} for leaf in csv.DictReader(file)]
+        leaves = [{key.removesuffix("_mm"): float(value) for key, value in leaf.items()} for leaf in csv.DictReader(file)]
     return [min(leaf[axis] - leaf["radius"] for leaf in leaves) for axis in "xyz"], [max(leaf[axis] + leaf["radius"] for leaf in leaves) for axis in "xyz"]
 
 

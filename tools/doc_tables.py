@@ -209,7 +209,7 @@ def split_scans(programs):
 def split_margin(programs):
     """Distances of the cut from the true margin, over both jaws and three seeds, as the test of the cut prints them."""
     rows = {}
-    for edge, labels in printed_by(programs, "builder_test", "CutLabels.Is*", r"^margin, edge ([\d.]+), (.*)$", SPHERETREE_LONG="1"):
+    for edge, labels in printed_by(programs, "split_test", "CutLabels.Is*", r"^margin, edge ([\d.]+), (.*)$", SPHERETREE_LONG="1"):
         for name, *found in re.findall(r"; ([a-z ]+) ([\d.]+) ([\d.]+) ([\d.]+) ([\d.]+) ([\d.]+)", labels):
             rows.setdefault((name, edge), []).append([float(value) for value in found])
     lines = ["| labels | mean edge | within half of the edge | mean | 99 % | at most | in space, at most |", "|---|---|---|---|---|---|---|"]
@@ -442,7 +442,11 @@ def renderer_scenarios(programs):
 
 def printed_by(programs, test, cases, pattern, **environment):
     """What a test program prints that matches the pattern."""
-    return re.findall(pattern, output(programs.build / "tests" / test, f"--gtest_filter={cases}", env=os.environ | environment), re.MULTILINE)
+    printed = output(programs.build / "tests" / test, f"--gtest_filter={cases}", env=os.environ | environment)
+    found = re.findall(pattern, printed, re.MULTILINE)
+    if not found:
+        raise Failure(f"{test} --gtest_filter={cases} prints no line as {pattern}")
+    return found
 
 
 def skin_errors(programs):

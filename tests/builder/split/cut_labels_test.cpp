@@ -111,10 +111,11 @@ void checkMargin(const samples::Mouth& mouth, samples::ScanSettings settings) {
   for (const auto& [name, e] : {std::pair("exact labels", whole), {"jagged", jagged}, {"not smoothed", raw}})
     std::printf("; %s %.4f %.3f %.3f %.3f %.3f", name, e.within_half, e.mean, e.p99, e.largest, e.in_space);
   std::printf("\n");
-  // A border may lie anywhere between vertices with different labels; smoothing and noise add little to that.
+  // A border may lie anywhere between vertices with different labels, also on an edge that is longer than the mean;
+  // smoothing and noise add little to that.
   EXPECT_GT(whole.within_half, 0.99);
   EXPECT_LT(whole.mean, 0.2 * edge);
-  EXPECT_LT(whole.largest, 0.75 * edge);
+  EXPECT_LT(whole.largest, edge);
   EXPECT_LT(jagged.mean, 0.4 * edge);
   EXPECT_LT(jagged.mean, 0.6 * raw.mean);
   EXPECT_LT(jagged.p99, 1.2 * edge);
