@@ -31,8 +31,6 @@ struct CompiledHulls {
   float smallest_radius = 0;       // of the balls [mm]
 
   bool empty() const { return ball.empty(); }
-  /// The number of balls of the part in a slot of the tree; 1 for an inner node.
-  std::uint32_t ballsOf(std::uint32_t slot) const { return span1[slot] == Sphere{} ? 1 : span2[slot] == Sphere{} ? 2 : 3; }
 };
 
 /// `origin`: origin of the hulls' frame minus the reference point of the tool.

@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <span>
 
+#include "spheretree/core/rounding.h"
+
 namespace spheretree::runtime {
 namespace {
 
@@ -121,23 +123,22 @@ class WaysFinder {
   // touched that is not touched beside it as well.
   bool isHollowSide(std::span<const Place> same) const { return areaAt(same[0]).dot(at(next(next(same[1]))) - at(same[0])) > 0; }
 
-  // No plane through the corner has all of its sides behind it. If there are such planes, one of them contains two
-  // sides.
+  // No plane through the corner has all of its sides on one side. If there are such planes, one of them contains two
+  // sides. Sides in that plane count as on either side, whatever rounding says.
   bool isHollowCorner(std::span<const Place> same) const {
     if (same.size() > kMostSides) return false;
     std::array<Vector3d, kMostSides> side;
-    Vector3d outward = Vector3d::Zero();
+    double longest = 0;
     for (std::size_t i = 0; i < same.size(); ++i) {
       side[i] = at(next(same[i])) - at(same[i]);
-      outward += areaAt(same[i]);
+      longest = std::max(longest, side[i].norm());
     }
     for (std::size_t i = 1; i < same.size(); ++i)
       for (std::size_t j = 0; j < i; ++j) {
-        Vector3d n = side[i].cross(side[j]);
-        if (n.dot(outward) < 0) n = -n;
-        std::size_t k = 0;
-        while (k < same.size() && n.dot(side[k]) <= 0) ++k;
-        if (k == same.size()) return false;
+        const Vector3d n = side[i].cross(side[j]);
+        double least = 0, most = 0;
+        for (std::size_t k = 0; k < same.size(); ++k) least = std::min(least, n.dot(side[k])), most = std::max(most, n.dot(side[k]));
+        if (std::min(-least, most) <= kRounding * n.norm() * longest) return false;
       }
     return true;
   }
@@ -145,7 +146,6 @@ class WaysFinder {
   const Skin& skin_;
   std::span<const CompiledPatch> patches_;
   std::vector<std::uint32_t> corner_, side_;  // (place) what it is: the same number for all that are at one place
-  std::vector<std::uint64_t> sharp_;          // positions of vertices at sharp sides; then corners and number of each sharp side
   bool has_inside_ = false;
 };
 
